@@ -1,0 +1,41 @@
+"""What rb_physics raises when an input is wrong or a simulation cannot go on."""
+
+from __future__ import annotations
+
+
+class SceneError(ValueError):
+    """A scene, body, shape or setting that cannot be simulated as given.
+
+    The message is one sentence that names the body, the field, its value and what is allowed.
+    ``body`` and ``field`` repeat the first two for programs (None when they don't apply);
+    ``field`` is spelled as in scene files, e.g. ``"mass"`` or ``"shape.radius"``. Errors found in
+    a scene file start with ``FILE:LINE: ``.
+    """
+
+    def __init__(self, message: str, *, body: str | None = None, field: str | None = None) -> None:
+        super().__init__(message)
+        self.body = body
+        self.field = field
+
+    @classmethod
+    def about(cls, body: str | None, field: str, value: object, allowed: str) -> SceneError:
+        """The usual sentence: ``body 'crate': mass is -1.0; it must be a finite number > 0 (kg)``.
+
+        ``allowed`` completes "it must be …".
+        """
+        where = f"body {body!r}: " if body is not None else ""
+        return cls(f"{where}{field} is {value!r}; it must be {allowed}", body=body, field=field)
+
+
+class DivergedError(RuntimeError):
+    """The state became non-finite; the world still holds the last good state.
+
+    Attributes:
+        step: number of the step that failed, counted from the start of the world.
+        body: name of the first body concerned.
+    """
+
+    def __init__(self, message: str, *, step: int, body: str) -> None:
+        super().__init__(message)
+        self.step = step
+        self.body = body
