@@ -1,4 +1,13 @@
 // The module table of rb_physics._core: one define_* call per class, nothing else.
 #include <pybind11/pybind11.h>
 
-PYBIND11_MODULE(_core, m) { m.doc() = "C++ core of rb_physics"; }
+namespace py = pybind11;
+
+namespace rb {
+void define_broad_phase(py::module_& m);
+}  // namespace rb
+
+PYBIND11_MODULE(_core, m) {
+  m.doc() = "C++ core of rb_physics";
+  rb::define_broad_phase(m);
+}
