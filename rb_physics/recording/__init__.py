@@ -1,0 +1,36 @@
+"""Recording: what the simulator sends and receives, as ROS 2 messages, in a bag that is never lost.
+
+No ROS is needed here. The node publishes the very bytes that are logged. The whole interface::
+
+    from rb_physics.recording import Recorder, RecordingError, load_topics, new_run_directory
+
+    topics = load_topics()                        # msg_configs/topics.yaml; or load_topics(path)
+    with Recorder(world, "recordings/run", scene=scene, topics=topics, rerun="file") as recorder:
+        while world.time < 10.0:
+            world.step()
+            recorder.after_step()                 # logs hash, due outputs, snapshots
+
+    # A node publishes what after_step returns: [(name, bytes), ...] of the topics that are due.
+    for name, data in recorder.after_step():
+        publishers[name].publish(data)            # one publisher per recorder.outputs.topics
+    recorder.latched()                            # [(name, bytes), ...] of transient_local topics
+    recorder.steps_until_due()                    # steps that may pass before the next output
+
+    # Every change of the world goes through `perform`, which logs and does it, so that the run can
+    # be repeated: operations.py lists them.
+    recorder.perform("apply_wrench", body="box", force=(1, 0, 0), torque=(0, 0, 0), frame="world")
+    recorder.perform("reset")
+
+    recorder.write_input("/sim_node/bodies/box/wrench", data)   # a received message, as it came
+    recorder.event("WARN", "wrench refused: unknown frame 'base'")   # a line for the log and the view
+    recorder.counters                             # messages, bytes, dropped, queued, ...
+    recorder.error                                # None, or why recording stopped (disk full, ...)
+
+`Recorder(world, None, topics=topics)` records nothing and still returns the outputs: a node needs
+no second path. Raises `RecordingError` (a ValueError with one clear sentence) when the folder
+exists or can't be written, `TopicError` for a bad topics file.
+
+Files: cdr, encoders, decoders (messages), definitions (their types), topics (the table), outputs
+(world -> messages), operations (changes of the world), mcap_log and rosbag2 (the bag), rerun_log
+(the view), recorder (all of it together), log_reader, replay, recover, summary, render.
+"""

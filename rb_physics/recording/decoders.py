@@ -1,0 +1,118 @@
+"""Messages decoded from their bytes: the inputs of the node, and what a log is read back with."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cdr import CdrReader
+
+
+class Stamped(NamedTuple):
+    """A stamped message of doubles, in the frame `frame_id`."""
+
+    time_ns: int  # header.stamp
+    frame_id: str
+    values: tuple[float, ...]
+
+    @property
+    def finite(self) -> bool:
+        """False when any number is NaN or infinite."""
+        return all(map(math.isfinite, self.values))
+
+
+def _decode_stamped(data: bytes, count: int, type_name: str) -> Stamped:
+    try:
+        reader = CdrReader(data)
+        stamped = Stamped(reader.stamp(), reader.string(), reader.unpack("d", count))
+        reader.end()
+    except ValueError as error:
+        raise ValueError(f"malformed {type_name}: {error}") from None
+    return stamped
+
+
+def decode_wrench_stamped(data: bytes) -> Stamped:
+    """values: force (3) N, torque (3) N m. Raises ValueError on malformed bytes."""
+    return _decode_stamped(data, 6, "geometry_msgs/msg/WrenchStamped")
+
+
+def decode_pose_stamped(data: bytes) -> Stamped:
+    """values: position (3) m, quaternion x y z w. Raises ValueError on malformed bytes."""
+    return _decode_stamped(data, 7, "geometry_msgs/msg/PoseStamped")
+
+
+def decode_twist_stamped(data: bytes) -> Stamped:
+    """values: linear (3) m/s, angular (3) rad/s. Raises ValueError on malformed bytes."""
+    return _decode_stamped(data, 6, "geometry_msgs/msg/TwistStamped")
+
+
+def decode_clock(data: bytes) -> int:
+    """rosgraph_msgs/msg/Clock: time in ns."""
+    return CdrReader(data).stamp()
+
+
+def decode_string(data: bytes) -> str:
+    """std_msgs/msg/String."""
+    return CdrReader(data).string()
+
+
+def decode_pose_array(data: bytes) -> tuple[int, str, NDArray]:
+    """(stamp in ns, frame, poses (N, 7))."""
+    reader = CdrReader(data)
+    time_ns, frame_id, count = reader.stamp(), reader.string(), reader.u32()
+    poses = reader.array("f8", 7 * count).reshape(count, 7)
+    reader.end()
+    return time_ns, frame_id, poses
+
+
+def decode_transforms(data: bytes) -> list[tuple[int, str, str, tuple[float, ...]]]:
+    """tf2_msgs/msg/TFMessage: a list of (stamp in ns, frame, child frame, 7 doubles)."""
+    reader = CdrReader(data)
+    return [
+        (reader.stamp(), reader.string(), reader.string(), reader.unpack("d", 7))
+        for _ in range(reader.u32())
+    ]
+
+
+_POINT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+
+
+def decode_point_cloud(data: bytes) -> tuple[int, str, NDArray]:
+    """sensor_msgs/msg/PointCloud2: (stamp in ns, frame, structured array (N,))."""
+    reader = CdrReader(data)
+    time_ns, frame_id, height, width = reader.stamp(), reader.string(), reader.u32(), reader.u32()
+    names, formats, offsets = [], [], []
+    for _ in range(reader.u32()):
+        names.append(reader.string())
+        offsets.append(reader.u32())
+        kind, count = reader.u8(), reader.u32()
+        if kind not in _POINT_TYPES:
+            raise ValueError(f"point field {names[-1]} has unknown type {kind}")
+        formats.append(_POINT_TYPES[kind] if count == 1 else (_POINT_TYPES[kind], count))
+    order = ">" if reader.u8() else "<"
+    point_step = reader.u32()
+    reader.u32()  # row_step
+    size = reader.u32()
+    if size != height * width * point_step:
+        raise ValueError(f"{size} bytes for {height} x {width} points of {point_step} bytes")
+    dtype = np.dtype(
+        {"names": names, "formats": formats, "offsets": offsets, "itemsize": point_step}
+    ).newbyteorder(order)
+    points = np.frombuffer(reader.raw(size), dtype) if size else np.empty(0, dtype)
+    return time_ns, frame_id, points
+
+
+def decode_multi_array(data: bytes, dtype: str) -> tuple[tuple[str, ...], NDArray]:
+    """std_msgs/msg/*MultiArray of element type `dtype`: (labels, array in the message's shape)."""
+    reader = CdrReader(data)
+    dimensions = [(reader.string(), reader.u32(), reader.u32()) for _ in range(reader.u32())]
+    reader.u32()  # data_offset
+    values = reader.array(dtype, reader.u32())
+    reader.end()
+    shape = tuple(size for _, size, _ in dimensions)
+    if int(np.prod(shape, dtype=np.int64)) != len(values):
+        raise ValueError(f"{len(values)} values for shape {shape}")
+    return tuple(label for label, _, _ in dimensions), values.reshape(shape)
