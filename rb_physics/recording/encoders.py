@@ -129,8 +129,7 @@ class PointCloudEncoder:
         writer = CdrWriter().header(frame_id)
         writer.u32(1, 0)
         self._width = len(writer) - 4
-        if self.dtype.names is None or self.dtype.fields is None:
-            raise ValueError(f"{dtype} has no fields")
+        assert self.dtype.names is not None and self.dtype.fields is not None
         writer.u32(len(self.dtype.names))
         for name in self.dtype.names:
             field, offset = self.dtype.fields[name][:2]

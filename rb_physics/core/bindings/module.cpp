@@ -5,9 +5,13 @@ namespace py = pybind11;
 
 namespace rb {
 void define_broad_phase(py::module_& m);
+void define_queries(py::module_& m);
+void define_shapes(py::module_& m);
 }  // namespace rb
 
 PYBIND11_MODULE(_core, m) {
   m.doc() = "C++ core of rb_physics";
+  rb::define_shapes(m);
   rb::define_broad_phase(m);
+  rb::define_queries(m);
 }

@@ -9,8 +9,9 @@
 
 namespace rb {
 
-// The features that met (S8). The order of A and B does not matter: VERTEX_FACE is also face-vertex.
-// SMOOTH: a curved surface touches. Values are part of the public interface (rb.ContactKind).
+// The features that met (S8). The order of A and B does not matter: VERTEX_FACE is also
+// face-vertex. SMOOTH: a curved surface touches. Values are part of the public interface
+// (rb.ContactKind).
 enum class ContactKind : std::uint8_t {
   VERTEX_FACE = 0,
   EDGE_EDGE = 1,

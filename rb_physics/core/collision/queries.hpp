@@ -26,18 +26,19 @@ struct DistanceResult {
 };
 DistanceResult distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
 
-// A rigid motion over [0, t_max]: pose of the body frame at t, and bounds that hold on the interval.
+// A rigid motion over [0, t_max]: pose of the body frame at t, and bounds that hold on the
+// interval.
 class Sweep {
  public:
   virtual ~Sweep() = default;
   virtual Pose at(double t) const = 0;
-  virtual Vec3 center(double t) const = 0;      // m, the point the rotation is about, world
-  virtual double max_angular_speed() const = 0; // rad/s, bound over the interval
+  virtual Vec3 center(double t) const = 0;              // m, the point the rotation is about, world
+  virtual double max_angular_speed() const = 0;         // rad/s, bound over the interval
   virtual double max_linear_speed(double t) const = 0;  // m/s, bound for the centre on [t, t_max]
 };
 
-// Smallest t in [0, t_max] at which the shapes touch (separation 0 reached from outside; touching and
-// separating at t = 0 does not count), or nothing.
+// Smallest t in [0, t_max] at which the shapes touch (separation 0 reached from outside; touching
+// and separating at t = 0 does not count), or nothing.
 std::optional<double> time_of_impact(const Shape& a, const Sweep& motion_a, const Shape& b,
                                      const Sweep& motion_b, double t_max);
 

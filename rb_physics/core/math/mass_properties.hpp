@@ -21,7 +21,8 @@ MassProperties combined(const MassProperties& a, const MassProperties& b);
 MassProperties scaled_to_mass(const MassProperties& m, double mass);
 
 // Principal moments (ascending) and the rotation whose columns are the principal axes:
-// inertia = axes * diag(moments) * axes^T. Exact (identity axes) for a diagonal inertia.
+// inertia = axes * diag(moments) * axes^T. A diagonal inertia is its own answer: identity axes, the
+// moments in the order given, no rounding.
 struct PrincipalInertia {
   Vec3 moments;   // kg m^2
   Quat axes;      // principal frame -> body frame

@@ -22,4 +22,23 @@ inline constexpr double quaternion_norm = 1e-3;
 // Relative violation of J1 + J2 >= J3 that is refused (equality is a legal lamina).
 inline constexpr double inertia_triangle = 1e-9;
 
+// Sine of the angle below which a face or edge counts as parallel to a face: it decides the kind of
+// a contact and which points belong to it, never a position. Larger: a tilted face reads FACE_FACE.
+inline constexpr double parallel = 1e-6;
+
+// Relative to the smaller shape (m/m): features this close count as coincident (a corner on an edge),
+// so that feature ids don't flicker with rounding. Larger: points move by this much.
+inline constexpr double coincident = 1e-9;
+
+// Relative to the smaller shape (m/m): a separating axis must beat an earlier one of the fixed order
+// by this much. Larger: separations are off by this much. Smaller: the axis flickers.
+inline constexpr double axis_preference = 1e-10;
+
+// Two edges whose directions meet at a smaller sine have no separating axis of their own.
+inline constexpr double parallel_edges = 1e-7;
+
+// Relative to the smaller shape (m/m): shapes closer than this have no reliable direction of the
+// shortest connection; the separating axis of the features is used instead.
+inline constexpr double closest_direction = 1e-7;
+
 }  // namespace rb::tolerance

@@ -11,25 +11,46 @@
 
 namespace rb {
 
-struct Particle {};                                   // a point mass without rotation (S1)
-struct Sphere { double radius; };                     // m, centre at the origin
-struct Box { Vec3 half_extents; };                    // m
-struct Capsule { double radius; double half_length; };   // m, axis z, half_length of the segment
-struct Cylinder { double radius; double half_length; };  // m, axis z
-struct HalfSpace { Vec3 normal; double offset; };     // n . x <= offset is solid; n unit; m
+struct Particle {};  // a point mass without rotation (S1)
+struct Sphere {
+  double radius;
+};  // m, centre at the origin
+struct Box {
+  Vec3 half_extents;
+};  // m
+struct Capsule {
+  double radius;
+  double half_length;
+};  // m, axis z, half_length of the segment
+struct Cylinder {
+  double radius;
+  double half_length;
+};  // m, axis z
+struct HalfSpace {
+  Vec3 normal;
+  double offset;
+};  // n . x <= offset is solid; n unit; m
 
 struct HullData;    // shape/hull.hpp
 struct MeshData;    // shape/mesh.hpp
 struct HeightData;  // shape/height_field.hpp
 struct CompoundData;
 
-struct ConvexHull { std::shared_ptr<const HullData> data; };
-struct TriangleMesh { std::shared_ptr<const MeshData> data; };   // static bodies only
-struct HeightField { std::shared_ptr<const HeightData> data; };  // static bodies only
-struct Compound { std::shared_ptr<const CompoundData> data; };
+struct ConvexHull {
+  std::shared_ptr<const HullData> data;
+};
+struct TriangleMesh {
+  std::shared_ptr<const MeshData> data;
+};  // static bodies only
+struct HeightField {
+  std::shared_ptr<const HeightData> data;
+};  // static bodies only
+struct Compound {
+  std::shared_ptr<const CompoundData> data;
+};
 
-using Shape = std::variant<Particle, Sphere, Box, Capsule, Cylinder, HalfSpace, ConvexHull, TriangleMesh,
-                           HeightField, Compound>;
+using Shape = std::variant<Particle, Sphere, Box, Capsule, Cylinder, HalfSpace, ConvexHull,
+                           TriangleMesh, HeightField, Compound>;
 
 struct CompoundPart {
   Shape shape;
@@ -41,7 +62,8 @@ struct CompoundData {
 
 const char* shape_name(const Shape& shape);  // as in scene files: "sphere", "half_space", ...
 
-// Density 1 kg/m^3. Throws std::invalid_argument for shapes without volume (particle, half-space, open mesh).
+// Density 1 kg/m^3. Throws std::invalid_argument for shapes without volume (particle, half-space,
+// open mesh).
 MassProperties unit_density_mass(const Shape& shape);
 
 // Tight world box; infinite for half-spaces.

@@ -1,0 +1,59 @@
+// What bindings share about arguments: checking them, and the error a bad one raises.
+#pragma once
+
+#include <pybind11/eigen.h>
+#include <pybind11/pybind11.h>
+
+#include <cmath>
+#include <string>
+
+#include "math/tolerances.hpp"
+#include "math/types.hpp"
+
+namespace rb::bindings {
+
+// Raises rb_physics.SceneError: "FIELD is VALUE; it must be ALLOWED".
+[[noreturn]] inline void refuse(const std::string& field, const pybind11::object& value,
+                                const std::string& allowed) {
+  namespace py = pybind11;
+  const py::object type = py::module_::import("rb_physics.errors").attr("SceneError");
+  const py::object error = type.attr("about")(py::none(), field, value, allowed);
+  PyErr_SetObject(type.ptr(), error.ptr());
+  throw py::error_already_set();
+}
+
+inline pybind11::object as_list(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  pybind11::list list;
+  for (const double x : values) list.append(x);
+  return list;
+}
+
+// Lengths outside this range (m) would overflow or vanish in products of a few of them.
+inline constexpr double least_length = 1e-9;
+inline constexpr double greatest_length = 1e9;
+
+inline double checked_length(const std::string& field, double value) {
+  if (!(value >= least_length && value <= greatest_length)) {
+    refuse(field, pybind11::cast(value), "a length between 1e-9 and 1e9 m");
+  }
+  return value;
+}
+
+inline Vec3 checked_vector(const std::string& field, const Vec3& value) {
+  if (!(value.cwiseAbs().maxCoeff() <= greatest_length)) {
+    refuse(field, as_list(value), "three finite numbers of at most 1e9 (m)");
+  }
+  return value;
+}
+
+// A unit quaternion (x, y, z, w); one off by rounding is normalised, more is refused.
+inline Quat checked_orientation(const std::string& field, const Eigen::Vector4d& xyzw) {
+  const double length = xyzw.norm();
+  if (!(std::abs(length - 1.0) <= tolerance::quaternion_norm)) {
+    refuse(field, as_list(xyzw), "a unit quaternion (x, y, z, w)");
+  }
+  const Quat q(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
+  return std::abs(length - 1.0) <= 4e-16 ? q : q.normalized();
+}
+
+}  // namespace rb::bindings

@@ -1,0 +1,174 @@
+// The shape classes of the Python interface: immutable, checked when made, picklable.
+#include <pybind11/eigen.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "bindings/arguments.hpp"
+#include "shape/compound.hpp"
+#include "shape/shape.hpp"
+
+namespace py = pybind11;
+
+namespace rb {
+
+namespace {
+
+using bindings::checked_length;
+using bindings::checked_orientation;
+using bindings::checked_vector;
+using bindings::refuse;
+
+std::string call(const char* name,
+                 const std::vector<std::pair<const char*, py::object>>& arguments) {
+  std::string text = std::string(name) + "(";
+  for (const auto& [field, value] : arguments) {
+    if (text.back() != '(') text += ", ";
+    text += std::string(field) + "=" + std::string(py::repr(value));
+  }
+  return text + ")";
+}
+
+py::object tuple_of(const Vec3& v) { return py::make_tuple(v.x(), v.y(), v.z()); }
+
+py::object tuple_of(const Quat& q) { return py::make_tuple(q.x(), q.y(), q.z(), q.w()); }
+
+Sphere make_sphere(double radius) { return {checked_length("shape.radius", radius)}; }
+
+Box make_box(const Vec3& half_extents) {
+  for (const double h : half_extents) {
+    if (!(h >= bindings::least_length && h <= bindings::greatest_length)) {
+      refuse("shape.half_extents", bindings::as_list(half_extents),
+             "three lengths between 1e-9 and 1e9 m");
+    }
+  }
+  return {half_extents};
+}
+
+Capsule make_capsule(double radius, double half_length) {
+  return {checked_length("shape.radius", radius), checked_length("shape.half_length", half_length)};
+}
+
+Cylinder make_cylinder(double radius, double half_length) {
+  return {checked_length("shape.radius", radius), checked_length("shape.half_length", half_length)};
+}
+
+HalfSpace make_half_space(const Vec3& normal, double offset) {
+  const double length = normal.norm();
+  if (!(std::abs(length - 1.0) <= tolerance::quaternion_norm)) {
+    refuse("shape.normal", bindings::as_list(normal), "a unit vector (its length must be 1)");
+  }
+  if (!(std::abs(offset) <= bindings::greatest_length)) {
+    refuse("shape.offset", py::cast(offset), "a finite number of at most 1e9 (m)");
+  }
+  return {std::abs(length - 1.0) <= 4e-16 ? normal : Vec3(normal / length), offset};
+}
+
+using PlacedPart = std::tuple<Shape, Vec3, Eigen::Vector4d>;
+
+Compound make_compound_of(const std::vector<PlacedPart>& placed) {
+  std::vector<CompoundPart> parts;
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const auto& [shape, position, orientation] = placed[i];
+    const std::string field = "shape.parts[" + std::to_string(i) + "]";
+    parts.push_back({shape,
+                     {checked_vector(field + ".position", position),
+                      checked_orientation(field + ".orientation", orientation)}});
+  }
+  return make_compound(parts);
+}
+
+py::list parts_of(const Compound& compound) {
+  py::list parts;
+  for (const CompoundPart& part : compound.data->parts) {
+    parts.append(py::make_tuple(py::cast(part.shape), tuple_of(part.pose.position),
+                                tuple_of(part.pose.orientation)));
+  }
+  return parts;
+}
+
+// Equality, hash, repr and pickling follow from the tuple of constructor arguments.
+template <class T, class Fields>
+void complete(py::class_<T>& type, const char* name, std::vector<const char*> names,
+              Fields fields) {
+  type.def("__repr__",
+           [name, names, fields](const T& self) {
+             const py::tuple values = fields(self);
+             std::vector<std::pair<const char*, py::object>> arguments;
+             for (std::size_t i = 0; i < names.size(); ++i) {
+               arguments.emplace_back(names[i], py::object(values[i]));
+             }
+             return call(name, arguments);
+           })
+      .def("__eq__",
+           [fields](const T& self, const py::object& other) -> py::object {
+             if (!py::isinstance<T>(other))
+               return py::reinterpret_borrow<py::object>(Py_NotImplemented);
+             return py::bool_(fields(self).equal(fields(other.cast<const T&>())));
+           })
+      .def("__hash__",
+           [name, fields](const T& self) { return py::hash(py::make_tuple(name, fields(self))); })
+      .def("__reduce__", [fields](const py::object& self) {
+        return py::make_tuple(py::type::of(self), fields(self.cast<const T&>()));
+      });
+}
+
+}  // namespace
+
+void define_shapes(py::module_& m) {
+  py::class_<Particle> particle(m, "Particle", "A point mass: no extent, no rotation.");
+  particle.def(py::init<>());
+  complete(particle, "Particle", {}, [](const Particle&) { return py::tuple(); });
+
+  py::class_<Sphere> sphere(m, "Sphere", "Ball of `radius` (m) about the body's origin.");
+  sphere.def(py::init(&make_sphere), py::arg("radius")).def_readonly("radius", &Sphere::radius);
+  complete(sphere, "Sphere", {"radius"}, [](const Sphere& s) { return py::make_tuple(s.radius); });
+
+  py::class_<Box> box(m, "Box", "Cuboid about the body's origin; `half_extents` (3,), m.");
+  box.def(py::init(&make_box), py::arg("half_extents"))
+      .def_property_readonly("half_extents", [](const Box& s) { return tuple_of(s.half_extents); });
+  complete(box, "Box", {"half_extents"},
+           [](const Box& s) { return py::make_tuple(tuple_of(s.half_extents)); });
+
+  py::class_<Capsule> capsule(m, "Capsule",
+                              "All points within `radius` (m) of the segment from -half_length to "
+                              "+half_length (m) on the body's z axis.");
+  capsule.def(py::init(&make_capsule), py::arg("radius"), py::arg("half_length"))
+      .def_readonly("radius", &Capsule::radius)
+      .def_readonly("half_length", &Capsule::half_length);
+  complete(capsule, "Capsule", {"radius", "half_length"},
+           [](const Capsule& s) { return py::make_tuple(s.radius, s.half_length); });
+
+  py::class_<Cylinder> cylinder(
+      m, "Cylinder",
+      "Solid cylinder about the body's z axis, from -half_length to +half_length (m).");
+  cylinder.def(py::init(&make_cylinder), py::arg("radius"), py::arg("half_length"))
+      .def_readonly("radius", &Cylinder::radius)
+      .def_readonly("half_length", &Cylinder::half_length);
+  complete(cylinder, "Cylinder", {"radius", "half_length"},
+           [](const Cylinder& s) { return py::make_tuple(s.radius, s.half_length); });
+
+  py::class_<HalfSpace> half_space(
+      m, "HalfSpace", "Solid where normal . x <= offset (m); `normal` is a unit vector, outward.");
+  half_space
+      .def(py::init(&make_half_space), py::arg("normal") = Vec3(Vec3::UnitZ()),
+           py::arg("offset") = 0.0)
+      .def_property_readonly("normal", [](const HalfSpace& s) { return tuple_of(s.normal); })
+      .def_readonly("offset", &HalfSpace::offset);
+  complete(half_space, "HalfSpace", {"normal", "offset"},
+           [](const HalfSpace& s) { return py::make_tuple(tuple_of(s.normal), s.offset); });
+
+  py::class_<Compound> compound(
+      m, "Compound",
+      "Several solid shapes as one body: `parts` is a list of (shape, position (3,) m, orientation "
+      "(x, y, z, w)), placed in body coordinates. Nested compounds are flattened.");
+  compound.def(py::init(&make_compound_of), py::arg("parts"))
+      .def_property_readonly("parts", &parts_of);
+  complete(compound, "Compound", {"parts"},
+           [](const Compound& s) { return py::make_tuple(py::tuple(parts_of(s))); });
+}
+
+}  // namespace rb

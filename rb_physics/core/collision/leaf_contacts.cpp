@@ -1,0 +1,78 @@
+#include "collision/leaf_contacts.hpp"
+
+#include <array>
+#include <stdexcept>
+#include <string>
+
+#include "collision/pairs.hpp"
+
+namespace rb {
+
+namespace {
+
+using ContactFunction = void (*)(const Shape&, const Placement&, const Shape&, const Placement&,
+                                 double, Manifold&);
+
+// What a pair function takes, out of a Shape that holds a T.
+template <class T>
+const T& as(const Shape& shape) {
+  return *std::get_if<T>(&shape);
+}
+template <class T>
+struct Argument {
+  static const T& of(const Shape& shape) { return as<T>(shape); }
+};
+template <>
+struct Argument<Particle> {
+  static Ball of(const Shape&) { return {0.0, true}; }
+};
+template <>
+struct Argument<Sphere> {
+  static Ball of(const Shape& shape) { return {as<Sphere>(shape).radius, false}; }
+};
+
+template <class A, class B, auto function>
+void call(const Shape& a, const Placement& at_a, const Shape& b, const Placement& at_b,
+          double margin, Manifold& out) {
+  function(Argument<A>::of(a), at_a, Argument<B>::of(b), at_b, margin, out);
+}
+
+template <class T>
+constexpr std::size_t index_of() {
+  return Shape(T{}).index();
+}
+
+constexpr std::size_t types = std::variant_size_v<Shape>;
+using Table = std::array<std::array<ContactFunction, types>, types>;
+
+Table make_table() {
+  Table table{};
+  const auto set = [&]<class A, class B, auto function>() {
+    table[index_of<A>()][index_of<B>()] = &call<A, B, function>;
+  };
+  set.operator()<Particle, Particle, contacts_ball_ball>();
+  set.operator()<Particle, Sphere, contacts_ball_ball>();
+  set.operator()<Sphere, Sphere, contacts_ball_ball>();
+  set.operator()<Particle, Box, contacts_ball_box>();
+  set.operator()<Sphere, Box, contacts_ball_box>();
+  set.operator()<Particle, HalfSpace, contacts_ball_half_space>();
+  set.operator()<Sphere, HalfSpace, contacts_ball_half_space>();
+  set.operator()<Box, Box, contacts_box_box>();
+  set.operator()<Box, HalfSpace, contacts_box_half_space>();
+  return table;
+}
+
+}  // namespace
+
+void leaf_contacts(const Shape& a, const Placement& at_a, const Shape& b, const Placement& at_b,
+                   double margin, Manifold& out) {
+  static const Table table = make_table();
+  const ContactFunction function = table[a.index()][b.index()];
+  if (function == nullptr) {
+    throw std::invalid_argument(std::string("contacts between ") + shape_name(a) + " and " +
+                                shape_name(b) + " are not available");
+  }
+  function(a, at_a, b, at_b, margin, out);
+}
+
+}  // namespace rb

@@ -1,0 +1,83 @@
+// Walks over the pairs of convex leaves of two shapes that may be compounds.
+#pragma once
+
+#include "collision/canonical_order.hpp"
+#include "collision/leaf_contacts.hpp"
+#include "collision/manifold.hpp"
+#include "shape/shape.hpp"
+
+namespace rb {
+
+// A leaf of a shape: the shape itself or one part of a compound, and its pose.
+struct Leaf {
+  const Shape* shape;
+  Pose pose;
+  std::uint32_t part;
+};
+
+inline int leaf_count(const Shape& shape) {
+  const auto* compound = std::get_if<Compound>(&shape);
+  return compound ? static_cast<int>(compound->data->parts.size()) : 1;
+}
+
+inline Leaf leaf(const Shape& shape, const Pose& pose, int part) {
+  const auto* compound = std::get_if<Compound>(&shape);
+  if (!compound) return {&shape, pose, 0};
+  const CompoundPart& inner = compound->data->parts[part];
+  return {&inner.shape, pose * inner.pose, static_cast<std::uint32_t>(part)};
+}
+
+// Contacts of two leaves, A and B as given.
+inline void ordered_leaf_contacts(const Leaf& a, const Leaf& b, double margin, Manifold& out) {
+  const bool swap = comes_second(*a.shape, a.pose, *b.shape, b.pose);
+  const Placement at_a{a.pose.orientation.toRotationMatrix(), a.pose.position};
+  const Placement at_b{b.pose.orientation.toRotationMatrix(), b.pose.position};
+  if (swap) {
+    leaf_contacts(*b.shape, at_b, *a.shape, at_a, margin, out);
+    out.mirror();
+  } else {
+    leaf_contacts(*a.shape, at_a, *b.shape, at_b, margin, out);
+  }
+}
+
+// Calls visit(manifold, origin) for every pair of leaves that has contacts with separation <=
+// margin. Points of the manifold are relative to `origin` (m, world); A and B are the caller's.
+template <class Visit>
+void for_each_leaf_manifold(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
+                            double margin, const Visit& visit) {
+  // The origin is the position of whichever body comes second, so that exchanging A and B changes
+  // no bit of the arithmetic.
+  const bool swap = comes_second(a, pose_a, b, pose_b);
+  const Shape& first = swap ? b : a;
+  const Shape& second = swap ? a : b;
+  const Vec3 origin = swap ? pose_a.position : pose_b.position;
+  const Pose first_pose{swap ? Vec3(pose_b.position - origin) : Vec3(pose_a.position - origin),
+                        swap ? pose_b.orientation : pose_a.orientation};
+  const Pose second_pose{Vec3::Zero(), swap ? pose_a.orientation : pose_b.orientation};
+  const int first_count = leaf_count(first), second_count = leaf_count(second);
+  const bool cull = first_count > 1 || second_count > 1;
+  for (int i = 0; i < first_count; ++i) {
+    const Leaf leaf_1 = leaf(first, first_pose, i);
+    const Aabb box_1 = cull ? bounding_box(*leaf_1.shape, leaf_1.pose) : Aabb{};
+    for (int j = 0; j < second_count; ++j) {
+      const Leaf leaf_2 = leaf(second, second_pose, j);
+      if (cull) {
+        Aabb box_2 = bounding_box(*leaf_2.shape, leaf_2.pose);
+        box_2.lower.array() -= margin;
+        box_2.upper.array() += margin;
+        if (!box_1.overlaps(box_2)) continue;
+      }
+      Manifold manifold;
+      ordered_leaf_contacts(leaf_1, leaf_2, margin, manifold);
+      if (manifold.size() == 0) continue;
+      for (int k = 0; k < manifold.size(); ++k) {
+        manifold[k].feature_a = with_part(manifold[k].feature_a, leaf_1.part);
+        manifold[k].feature_b = with_part(manifold[k].feature_b, leaf_2.part);
+      }
+      if (swap) manifold.mirror();
+      visit(manifold, origin);
+    }
+  }
+}
+
+}  // namespace rb

@@ -1,0 +1,27 @@
+// One function per pair of convex shapes, each in a file of its own name. All append to `out` the
+// contact points with separation <= margin (m); normals point from the second shape to the first.
+#pragma once
+
+#include "collision/manifold.hpp"
+#include "shape/shape.hpp"
+
+namespace rb {
+
+// A particle is a sphere of radius 0.
+struct Ball {
+  double radius;
+  bool is_particle;
+};
+
+void contacts_ball_ball(const Ball& a, const Placement& at_a, const Ball& b, const Placement& at_b,
+                        double margin, Manifold& out);
+void contacts_ball_box(const Ball& a, const Placement& at_a, const Box& b, const Placement& at_b,
+                       double margin, Manifold& out);
+void contacts_ball_half_space(const Ball& a, const Placement& at_a, const HalfSpace& b,
+                              const Placement& at_b, double margin, Manifold& out);
+void contacts_box_half_space(const Box& a, const Placement& at_a, const HalfSpace& b,
+                             const Placement& at_b, double margin, Manifold& out);
+void contacts_box_box(const Box& a, const Placement& at_a, const Box& b, const Placement& at_b,
+                      double margin, Manifold& out);
+
+}  // namespace rb

@@ -1,0 +1,14 @@
+// Keeping the points of a manifold that carry the force.
+#pragma once
+
+#include <vector>
+
+#include "collision/manifold.hpp"
+
+namespace rb {
+
+// Adds `points` (corners of a convex polygon in order, seen along `normal`) to `out`. More than
+// eight are thinned: the deepest stays, then those that enclose the largest area.
+void reduce(std::vector<ManifoldPoint>& points, const Vec3& normal, Manifold& out);
+
+}  // namespace rb

@@ -1,0 +1,43 @@
+#include "shape/shape.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "shape/hull.hpp"
+
+namespace rb {
+
+const char* shape_name(const Shape& shape) {
+  static constexpr const char* names[] = {
+      "particle",   "sphere",      "box",           "capsule",      "cylinder",
+      "half_space", "convex_hull", "triangle_mesh", "height_field", "compound"};
+  static_assert(std::size(names) == std::variant_size_v<Shape>);
+  return names[shape.index()];
+}
+
+namespace {
+
+struct CharacteristicSize {
+  double operator()(const Particle&) const { return 1.0; }
+  double operator()(const Sphere& s) const { return s.radius; }
+  double operator()(const Box& s) const { return s.half_extents.maxCoeff(); }
+  double operator()(const Capsule& s) const { return s.radius + s.half_length; }
+  double operator()(const Cylinder& s) const { return std::max(s.radius, s.half_length); }
+  double operator()(const HalfSpace&) const { return 1.0; }
+  double operator()(const ConvexHull& s) const { return s.data->size; }
+  double operator()(const TriangleMesh&) const { return 1.0; }
+  double operator()(const HeightField&) const { return 1.0; }
+  double operator()(const Compound& s) const {
+    double size = 0.0;
+    for (const CompoundPart& part : s.data->parts) {
+      size = std::max(size, part.pose.position.norm() + characteristic_size(part.shape));
+    }
+    return size;
+  }
+};
+
+}  // namespace
+
+double characteristic_size(const Shape& shape) { return std::visit(CharacteristicSize{}, shape); }
+
+}  // namespace rb
