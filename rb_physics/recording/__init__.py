@@ -22,9 +22,9 @@ No ROS is needed here. The node publishes the very bytes that are logged. The wh
     recorder.perform("reset")
 
     recorder.write_input("/sim_node/bodies/box/wrench", data)   # a received message, as it came
-    recorder.event("WARN", "wrench refused: unknown frame 'base'")   # a line for the log and the view
+    recorder.event("WARN", "wrench refused: unknown frame 'base'")   # a line for log and view
     recorder.counters                             # messages, bytes, dropped, queued, ...
-    recorder.error                                # None, or why recording stopped (disk full, ...)
+    recorder.error                                # None, or why recording stopped (disk full …)
 
 `Recorder(world, None, topics=topics)` records nothing and still returns the outputs: a node needs
 no second path. Raises `RecordingError` (a ValueError with one clear sentence) when the folder

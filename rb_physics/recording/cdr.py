@@ -105,7 +105,7 @@ class CdrWriter:
 
 
 class Template:
-    """One message of fixed layout: encoded once, afterwards only the numbers in its slots change."""
+    """One message of fixed layout: encoded once, then only the numbers in its slots change."""
 
     def __init__(self, writer: CdrWriter) -> None:
         size = len(writer)
@@ -213,7 +213,7 @@ class CdrReader:
         start = self._position + (-(self._position - 4) % align)
         if start + size > len(self._data):
             raise ValueError(
-                f"message ends at byte {len(self._data)} but {what} needs bytes up to {start + size}"
+                f"message ends at byte {len(self._data)}, but {what} needs {start + size} bytes"
             )
         self._position = start + size
         return start

@@ -34,7 +34,9 @@ _WRITTEN = (
     "visualization_msgs/msg/MarkerArray",
 )
 _TF_MESSAGE = "tf2_msgs/msg/TFMessage"  # its package is not always installed: one field, known
-_PRIMITIVES = ["bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "string", "wstring"]
+_PRIMITIVES = frozenset(
+    ["bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "string", "wstring"]
+)
 
 
 class Definition(NamedTuple):
@@ -128,7 +130,7 @@ def _dependencies(type_name: str, fields) -> list[str]:
 
 
 def type_description_hash(description: dict) -> str:
-    """RIHS01 of a type description: SHA-256 of its canonical JSON without default values (REP 2016)."""
+    """RIHS01 of a type description (REP 2016): SHA-256 of its JSON without default values."""
 
     def hashable(individual: dict) -> dict:
         return {

@@ -129,7 +129,8 @@ class PointCloudEncoder:
         writer = CdrWriter().header(frame_id)
         writer.u32(1, 0)
         self._width = len(writer) - 4
-        assert self.dtype.names is not None and self.dtype.fields is not None
+        if self.dtype.names is None or self.dtype.fields is None:
+            raise ValueError(f"{dtype} has no fields")
         writer.u32(len(self.dtype.names))
         for name in self.dtype.names:
             field, offset = self.dtype.fields[name][:2]

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import yaml
+
+from ..resources import shared_folder
 
 # What each content is sent as, its direction, and whether it is one topic per body.
 CONTENT = {
@@ -145,20 +146,8 @@ class TopicTable:
 
 
 def default_topics_path() -> Path:
-    """msg_configs/topics.yaml of the source tree or of the installation."""
-    source = Path(__file__).resolve().parents[2] / "msg_configs" / "topics.yaml"
-    installed = Path(sys.prefix) / "share" / "rb_physics" / "msg_configs" / "topics.yaml"
-    for path in (source, *_ament_paths(), installed):
-        if path.is_file():
-            return path
-    raise TopicError(f"msg_configs/topics.yaml is missing; looked at {source} and {installed}")
-
-
-def _ament_paths() -> list[Path]:
-    import os
-
-    prefixes = [p for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
-    return [Path(p) / "share" / "rb_physics" / "msg_configs" / "topics.yaml" for p in prefixes]
+    """The packaged msg_configs/topics.yaml. Raises FileNotFoundError."""
+    return shared_folder("msg_configs") / "topics.yaml"
 
 
 def load_topics(path: str | Path | None = None) -> TopicTable:
@@ -172,7 +161,7 @@ def load_topics(path: str | Path | None = None) -> TopicTable:
 
 
 def parse_topics(text: str, source: str = "topics.yaml") -> TopicTable:
-    """Checks the text of a topics file. Raises TopicError naming line, field and what is allowed."""
+    """Checks the text of a topics file. TopicError names line, field and what is allowed."""
     import jsonschema
 
     try:

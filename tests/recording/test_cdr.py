@@ -278,7 +278,7 @@ def test_every_truncation_is_refused():
         (wrench_bytes("<", frame=b"box/comx"), "NUL"),
         (wrench_bytes("<", frame=b"a\0b\0"), "NUL"),
         (wrench_bytes("<", frame=b"\xff\xfe\xfd\0"), "UTF-8"),
-        (wrench_bytes("<")[:12] + b"\xff\xff\xff\xff" + wrench_bytes("<")[16:], "needs bytes"),
+        (wrench_bytes("<")[:12] + b"\xff\xff\xff\xff" + wrench_bytes("<")[16:], "needs"),
     ],
 )
 def test_malformed_bytes_are_refused(data, reason):
