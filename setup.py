@@ -10,7 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from setuptools import setup
+from setuptools import find_packages, setup
 from setuptools.command.build_ext import build_ext
 
 ROOT = Path(__file__).resolve().parent
@@ -112,6 +112,11 @@ def shared(folder: str, *patterns: str) -> tuple[str, list[str]]:
 
 ParallelCompile("RB_PHYSICS_JOBS", needs_recompile=needs_recompile).install()
 setup(
+    packages=[
+        *find_packages(include=["rb_physics", "rb_physics.*"]),
+        "rb_physics_nodes",
+        *(f"rb_physics_nodes.{name}" for name in find_packages("nodes")),
+    ],
     ext_modules=[core],
     cmdclass={"build_ext": BuildCore},
     data_files=[

@@ -1,0 +1,208 @@
+"""The command `rb_physics`. No ROS needed; every failure is one sentence and a non-zero exit."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+import click
+
+from .errors import DivergedError, SceneError
+
+if TYPE_CHECKING:
+    from .scene import Scene
+    from .world import World
+
+LINE_EVERY = 5.0  # s of wall time between progress lines where there is no terminal
+
+
+class _Commands(click.Group):
+    """Turns the errors users can cause into one sentence; anything else keeps its traceback."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except (SceneError, DivergedError, OSError) as error:
+            raise click.ClickException(str(error)) from None
+        except ImportError as error:
+            raise click.ClickException(
+                f"{error.name or error} is missing from this environment: pip install rb_physics "
+                "installs everything it needs"
+            ) from None
+        except ValueError as error:
+            if type(error).__module__.split(".")[0] != "rb_physics":
+                raise
+            raise click.ClickException(str(error)) from None
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="rb_physics", prog_name="rb_physics")
+def main() -> None:
+    """Simulate rigid bodies in contact, record the run, and look at it."""
+
+
+@main.command()
+def scenes() -> None:
+    """List the scenes that come with the package."""
+    from .resources import packaged_scenes
+    from .scene import load_scene
+
+    for name in packaged_scenes():
+        scene = load_scene(name)
+        click.echo(f"{name:<16} {scene.data.get('description', '')}")
+
+
+@main.command()
+@click.argument("scene")
+@click.option(
+    "--duration",
+    type=click.FloatRange(min=0, min_open=True, max=1e6),
+    default=10.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Simulated time.",
+)
+@click.option(
+    "--record",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Record into this new folder (a rosbag2 bag and a Rerun recording).",
+)
+@click.option("--no-rerun", is_flag=True, help="Record the bag only.")
+def run(scene: str, duration: float, record: Path | None, no_rerun: bool) -> None:
+    """Simulate SCENE, a path of a scene file or the name of a packaged scene, as fast as possible."""
+    from .scene import load_scene
+
+    if no_rerun and record is None:
+        raise click.UsageError("--no-rerun goes with --record DIR only.")
+    loaded = load_scene(scene)
+    world = loaded.build()
+    steps = round(duration / world.dt)
+    if steps < 1:
+        raise click.UsageError(f"--duration {duration} s is less than one step of {world.dt} s.")
+    started = time.perf_counter()
+    if record is None:
+        _simulate(world, steps)
+    else:
+        _simulate_recorded(world, steps, loaded, record, rerun="off" if no_rerun else "file")
+    _report(world, steps, time.perf_counter() - started)
+    if record is not None:
+        click.echo(f"recorded in {record}; next: rb_physics info {record}")
+
+
+@main.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+def info(recording: Path) -> None:
+    """Summarise RECORDING, the folder of a run."""
+    from .recording.summary import summary
+
+    click.echo(summary(recording))
+
+
+@main.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.option(
+    "--png",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Render a picture into this new file instead of opening a window; needs no screen.",
+)
+@click.option(
+    "--time",
+    "moment",
+    type=float,
+    metavar="SECONDS",
+    help="Simulated time the picture shows; default is the middle.",
+)
+def view(recording: Path, png: Path | None, moment: float | None) -> None:
+    """Open RECORDING, the folder of a run, in Rerun."""
+    from .recording.render import open_viewer, render_png
+
+    if png is None:
+        open_viewer(recording)
+        return
+    render_png(recording, png, time=moment)
+    click.echo(f"rendered {png}")
+
+
+def _simulate(world: World, steps: int) -> None:
+    # Long enough not to be seen in the speed, short enough to show progress and take Ctrl-C.
+    with _Progress(steps, world.dt) as progress:
+        done = 0
+        while done < steps:
+            count = min(100, steps - done)
+            world.step(count)
+            done += count
+            progress(count)
+
+
+def _simulate_recorded(world: World, steps: int, scene: Scene, folder: Path, rerun: str) -> None:
+    from .recording import Recorder, load_topics
+
+    with (
+        Recorder(world, folder, scene=scene, topics=load_topics(), rerun=rerun) as recorder,
+        _Progress(steps, world.dt) as progress,
+    ):
+        for _ in range(steps):
+            world.step()
+            recorder.after_step()
+            progress(1)
+
+
+def _report(world: World, steps: int, elapsed: float) -> None:
+    simulated = steps * world.dt
+    stats = world.stats
+    click.echo(
+        f"simulated {simulated:g} s in {elapsed:.2f} s ({simulated / elapsed:.1f} times real time): "
+        f"{steps} steps, {len(world.bodies)} bodies"
+    )
+    click.echo(
+        f"last step: {len(world.contacts)} contacts, residual {stats.residual:.1e}, "
+        f"deepest penetration {stats.max_penetration:.1e} m"
+    )
+    click.echo(f"state hash {world.state_hash:016x}")
+
+
+class _Progress:
+    """A progress bar on a terminal, a line every few seconds elsewhere; counts steps."""
+
+    def __init__(self, steps: int, dt: float, stream: TextIO = sys.stderr) -> None:
+        self.steps, self.dt, self.stream = steps, dt, stream
+        self.done = 0
+        self.next_line = time.monotonic() + LINE_EVERY
+        self.bar: Any = None
+        self.pending, self.shown = 0, time.monotonic()
+
+    def __enter__(self) -> _Progress:
+        if self.stream.isatty():
+            from tqdm import tqdm
+
+            self.bar = tqdm(
+                total=self.steps * self.dt,
+                file=self.stream,
+                unit="s",
+                bar_format="{percentage:3.0f}% |{bar}| {n:.1f}/{total:.1f} s simulated, {remaining} left",
+            )
+        return self
+
+    def __call__(self, count: int) -> None:
+        self.done += count
+        self.pending += count
+        now = time.monotonic()
+        if self.bar is not None:
+            if now - self.shown > 0.1 or self.done == self.steps:
+                self.bar.update(self.pending * self.dt)
+                self.pending, self.shown = 0, now
+        elif now >= self.next_line:
+            self.next_line = now + LINE_EVERY
+            print(
+                f"{self.done * self.dt:.1f} of {self.steps * self.dt:.1f} s simulated",
+                file=self.stream,
+                flush=True,
+            )
+
+    def __exit__(self, *_: object) -> None:
+        if self.bar is not None:
+            self.bar.close()
