@@ -1,0 +1,113 @@
+"""What other nodes send, from raw bytes to what acts on the bodies."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rb_physics.recording.decoders import (
+    decode_pose_stamped,
+    decode_twist_stamped,
+    decode_wrench_stamped,
+)
+from rb_physics.recording.topics import Topic
+
+from .inbox import Inbox
+from .kinematic_inputs import KinematicInputs
+from .lockstep import Lockstep
+from .refused import MalformedMessageError, RefusedInputError
+from .wrench_frames import WrenchFrames
+from .wrench_inputs import Perform, WrenchInputs, WrenchSource
+
+Complain = Callable[[str, str], None]  # key for throttling, text
+
+
+class Inputs:
+    """All input topics of a world. Only the physics thread uses it, but for `inbox.put`.
+
+    Parameters
+    ----------
+    world: the simulated World.
+    topics: the input topics, in the order that settles who comes first.
+    complain: called with (topic, sentence) for every refused message.
+    """
+
+    def __init__(
+        self,
+        world: Any,
+        topics: Sequence[Topic],
+        wrench_timeout: float,
+        cmd_vel_timeout: float,
+        lockstep: bool,
+        complain: Complain,
+    ) -> None:
+        self.topics = tuple(topics)
+        self.inbox = Inbox()
+        self.counters: Counter[str] = Counter()
+        self._complain = complain
+        self._sources: dict[int, int] = {}  # topic index -> wrench source index
+        sources = []
+        for index, topic in enumerate(self.topics):
+            if topic.content == "wrench":
+                self._sources[index] = len(sources)
+                name = topic.name.rsplit("/wrench", 1)[-1].strip("/")
+                sources.append(WrenchSource(str(topic.body), name, topic.name))
+        frames = {
+            body.name: WrenchFrames(body.name, body.center_of_mass, body.frames)
+            for body in world.bodies
+        }
+        centers = {body.name: body.center_of_mass for body in world.bodies}
+        self.wrenches = WrenchInputs(sources, frames, world.settings.dt, wrench_timeout)
+        self.motions = KinematicInputs(centers, world.settings.dt, cmd_vel_timeout)
+        self.lockstep = Lockstep(len(sources)) if lockstep else None
+
+    def receive(self, world: Any, step: int) -> list[tuple[Topic, bytes]]:
+        """Take in what has arrived, for step `step`. Returns the messages that were accepted."""
+        accepted = []
+        for index, data in self.inbox.take():
+            topic = self.topics[index]
+            try:
+                self._receive(world, index, topic, data, step)
+            except RefusedInputError as error:
+                self.counters["refused"] += 1
+                self.counters[error.counter] += 1
+                self._complain(topic.name, str(error))
+            else:
+                self.counters["accepted"] += 1
+                accepted.append((topic, data))
+        return accepted
+
+    def _receive(self, world: Any, index: int, topic: Topic, data: bytes, step: int) -> None:
+        decode = {
+            "wrench": decode_wrench_stamped,
+            "cmd_pose": decode_pose_stamped,
+            "cmd_vel": decode_twist_stamped,
+        }[topic.content]
+        try:
+            message = decode(data)
+        except ValueError as error:
+            raise MalformedMessageError(f"message on {topic.name} refused: {error}") from None
+        values, body = message.values, str(topic.body)
+        if topic.content == "wrench":
+            source = self._sources[index]
+            wrench = self.wrenches.resolve(source, message.frame_id, values[:3], values[3:])
+            if self.lockstep is not None:
+                start_ns = round(world.time * 1e9)
+                self.lockstep.admit(source, topic.name, message.time_ns, start_ns)
+            self.wrenches.hold(source, wrench, step)
+        elif topic.content == "cmd_pose":
+            self.motions.receive_pose(
+                world, body, message.frame_id, values, message.time_ns * 1e-9, step
+            )
+        else:
+            self.motions.receive_twist(body, message.frame_id, values, step)
+
+    def clear(self, world: Any, perform: Perform) -> None:
+        """Forget everything commanded so far, messages that still wait included."""
+        self.counters["discarded_by_reset"] += len(self.inbox.take())
+        self.wrenches.clear()
+        self.wrenches.apply(world, 0, perform)
+        self.motions.clear(world, perform)
+        if self.lockstep is not None:
+            self.lockstep.next_step()

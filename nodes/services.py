@@ -1,0 +1,47 @@
+"""The services ~/pause ~/step ~/reset ~/reset_state ~/clear_wrenches ~/save."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rclpy.node import Node
+from std_srvs.srv import SetBool, Trigger
+
+from .commands import CommandQueue
+
+TRIGGERS = {
+    "reset": "take time and state back to the start",
+    "reset_state": "take the state back to the start, time goes on",
+    "clear_wrenches": "let go of every applied wrench",
+    "save": "write the state to a file",
+}
+
+
+class Services:
+    """Hands service calls over to the physics thread and returns its answers."""
+
+    def __init__(self, node: Node, commands: CommandQueue) -> None:
+        self._node = node
+        self._commands = commands
+        self._services = [
+            node.create_service(SetBool, "~/pause", self._pause),
+            node.create_service(Trigger, "~/step", self._step),
+        ]
+        for name in TRIGGERS:
+            self._services.append(node.create_service(Trigger, f"~/{name}", self._trigger(name)))
+
+    def _pause(self, request: Any, response: Any) -> Any:
+        response.success, response.message = self._commands.ask("pause", request.data)
+        return response
+
+    def _step(self, _: Any, response: Any) -> Any:
+        count = self._node.get_parameter("step_count").value
+        response.success, response.message = self._commands.ask("step", count)
+        return response
+
+    def _trigger(self, name: str) -> Any:
+        def call(_: Any, response: Any) -> Any:
+            response.success, response.message = self._commands.ask(name)
+            return response
+
+        return call

@@ -1,0 +1,107 @@
+"""`sim_node`: the simulator as a ROS 2 node. Run with `sim_node --ros-args -p scene:=demo`."""
+
+from __future__ import annotations
+
+import gc
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+NAME = "sim_node"
+SWITCH_INTERVAL = 1e-4  # s; Python's 5 ms would make the physics thread miss its deadlines
+
+
+class StartError(RuntimeError):
+    """The node can't start; the text is one sentence that says what to do."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the node until SIGINT, SIGTERM or the end of its duration. Returns the exit code."""
+    try:
+        return _run(arguments)
+    except StartError as error:
+        print(f"sim_node: {error}", file=sys.stderr)
+        return 2
+
+
+def _import_rclpy() -> Any:
+    """rclpy, or a StartError that tells what is missing."""
+    try:
+        import rclpy
+        from rclpy.impl.implementation_singleton import rclpy_implementation  # noqa: F401
+    except ImportError as error:
+        if "rmw" in str(error):
+            raise StartError(
+                f"the ROS middleware is missing ({error}): pip install ros-jazzy-rmw-fastrtps-cpp, "
+                "or source your ROS 2 installation"
+            ) from None
+        raise StartError(
+            f"ROS 2 is missing ({error}): pip install ros-jazzy-rclpy ros-jazzy-common-interfaces "
+            "ros-jazzy-rmw-fastrtps-cpp, or source your ROS 2 installation"
+        ) from None
+    return rclpy
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    rclpy = _import_rclpy()
+    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+    from rclpy.signals import SignalHandlerOptions
+
+    try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # rclpy has no common class for what can go wrong here
+        raise StartError(f"ROS 2 does not start: {_one_line(error)}") from None
+    try:
+        from .simulator import Simulator
+
+        node = rclpy.create_node(NAME)
+        simulator = Simulator(node)
+    except (StartError, ValueError, OSError, ImportError) as error:
+        rclpy.try_shutdown()
+        raise StartError(_one_line(error)) from None
+
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    gc.freeze()  # what lives as long as the node need not be looked at by the collector
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+
+    broken: list[BaseException] = []
+
+    def spin() -> None:
+        try:
+            executor.spin()
+        except ExternalShutdownException:
+            pass
+        except BaseException as error:  # reported by the main thread, which ends the process
+            broken.append(error)
+            stop.set()
+
+    spinning = threading.Thread(target=spin, name="executor", daemon=True)
+    spinning.start()
+    simulator.start()
+    try:
+        while not stop.is_set() and not simulator.loop.finished.wait(0.1):
+            pass
+    finally:
+        error = simulator.stop()
+        executor.shutdown(timeout_sec=2.0)
+        spinning.join(timeout=2.0)
+        rclpy.try_shutdown()
+    error = error or (broken[0] if broken else None)
+    if error is not None:
+        print(f"sim_node: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+if __name__ == "__main__":
+    sys.exit(main())
