@@ -22,8 +22,10 @@ struct ContactConstraint {
   Vec3 r_b = Vec3::Zero();     // m, the same for B; unused when b = -1
   Mat3 frame = Mat3::Identity();  // rows n, t1, t2: world -> contact frame
   Vec3 bias = Vec3::Zero();    // m/s, contact frame
+  Vec3 angular_bias = Vec3::Zero();  // rad/s, contact frame: minus the spin of a kinematic B
   double friction = 0.0;       // kinetic coefficient mu >= 0
-  double static_friction = 0.0;   // >= friction; bound while sticking
+  double static_friction = 0.0;   // bound while sticking (if > friction); set it to 0 for a contact
+                                  // that already slid when the step began
   double rolling_friction = 0.0;  // m, bound on |rolling moment impulse| / lambda_n
   double spinning_friction = 0.0; // m, bound on |spinning moment impulse| / lambda_n
   double restitution = 0.0;    // epsilon in [0, 1], used by the impact laws
@@ -40,9 +42,13 @@ struct ContactSolution {
   std::vector<Vec3> impulse;   // N s, contact frame (n, t1, t2), size nc; in: warm start, out: answer
   std::vector<Vec3> moment;    // N m s, contact frame: (spinning, rolling t1, rolling t2), size nc or 0
   std::vector<Vec6> velocity;  // v, size nb
+  // Certificate of the minimum norm, per body, size nb or 0 (in: warm start, out: answer): contact
+  // forces that are not unique are lambda_i = P_Fi(J_i y), F_i the face of K_i that the slip leaves.
+  std::vector<Vec6> certificate;
   double residual = 0.0;       // natural map, relative (solver/residual.hpp)
   int iterations = 0;
   bool converged = true;       // residual <= the tolerance asked for
+  bool minimum_norm = false;   // the impulses are the least of all that solve the problem
 };
 
 }  // namespace rb

@@ -1,0 +1,247 @@
+#include "solver/contact_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "solver/contact_operators.hpp"
+#include "solver/residual.hpp"
+
+namespace rb {
+namespace {
+
+constexpr int kFirstSweeps = 5;   // find most of the active set
+constexpr int kRetrySweeps = 60;  // before another Newton attempt
+constexpr int kNewtonAttempts = 3;
+constexpr double kSoftness = 1e-8;
+
+struct Solve {
+  const ContactProblem& problem;
+  const SolverSettings& settings;
+  ContactSolution& io;
+  SolverWorkspace& ws;
+  SolveReport report;
+  double work = 0.0;  // sweeps over one contact
+  double target = 0.0;
+
+  bool out_of_work() {
+    if (settings.max_work > 0 && work >= static_cast<double>(settings.max_work)) {
+      report.work_exhausted = true;
+    }
+    return report.work_exhausted;
+  }
+
+  ContactResidual measure() {
+    velocity_from_impulses(problem, io.impulse, io.moment, ws.v);
+    work += 1.0 * static_cast<double>(problem.contacts.size());
+    const ContactResidual r = natural_map_residual(problem, ws.cones, io.impulse, io.moment, ws.v);
+    report.residual = r.natural_map;
+    target = std::max(settings.tolerance, rounding_floor(problem, ws.v, r.typical_velocity));
+    return r;
+  }
+
+  void start() {
+    const std::size_t nc = problem.contacts.size();
+    friction_cones(problem, Friction::kStatic, ws.cones);
+    ws.kinetic.assign(nc, 0);
+    bool moments = false;
+    for (const FrictionCone& c : ws.cones) moments = moments || c.has_moment();
+    if (io.impulse.size() != nc) {
+      io.impulse.assign(nc, Vec3::Zero());
+      io.moment.clear();
+    }
+    if (!moments) {
+      io.moment.clear();
+    } else if (io.moment.size() != nc) {
+      io.moment.assign(nc, Vec3::Zero());
+    }
+  }
+
+  // Slips against a static coefficient: the kinetic one from now on. True if any changed.
+  bool release_sliding(double typical_velocity) {
+    bool changed = false;
+    for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+      const ContactConstraint& c = problem.contacts[i];
+      if (ws.kinetic[i] || !(c.static_friction > c.friction)) continue;
+      if (relative_velocity(c, ws.v).tail<2>().norm() > kStickSlip * typical_velocity) {
+        ws.kinetic[i] = 1;
+        ws.cones[i].slide = c.friction;
+        changed = true;
+      }
+    }
+    return changed;
+  }
+
+  bool accept_warm_start() {
+    const ContactResidual r = measure();
+    if (!(r.natural_map <= std::max(settings.warm_tolerance, target))) return false;
+    if (r.typical_velocity == 0.0) return report.minimum_norm = true;
+    if (release_sliding(r.typical_velocity)) return false;
+    if (settings.minimum_norm && problem.contacts.size() > 1) {
+      cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
+      if (!is_minimum_norm(problem, ws.cones, ws.minimum_norm.faces, io.impulse, io.moment,
+                           io.certificate, settings.warm_tolerance)) {
+        return false;
+      }
+    }
+    report.minimum_norm = settings.minimum_norm || problem.contacts.size() == 1;
+    return true;
+  }
+
+  static double face_threshold(const ContactResidual& r) {
+    return std::max(1e-11, 30.0 * r.natural_map) * r.typical_velocity;
+  }
+
+  // Sweeps until the target, `count`, or the end of work.
+  void sweep(int count) {
+    velocity_from_impulses(problem, io.impulse, io.moment, ws.v);
+    for (int k = 0; k < count && !out_of_work(); ++k) {
+      gauss_seidel_sweep(problem, ws.cones, ws.gauss_seidel, io.impulse, io.moment, ws.v);
+      ++report.sweeps;
+      work += static_cast<double>(problem.contacts.size());
+    }
+  }
+
+  void newton() {
+    ConeNewtonOptions options;
+    options.softness = kSoftness;
+    options.tolerance = target;
+    const ConeNewtonReport r =
+        cone_newton(problem, ws.cones, options, ws.space, ws.newton, io.impulse, io.moment);
+    report.newton_steps += r.steps;
+    work += r.steps * (ws.space.factor_work() / 100.0 + 4.0 * problem.contacts.size());
+  }
+
+  void solve_direct() {
+    sweep(kFirstSweeps);
+    measure();
+    for (int k = 0; k < kNewtonAttempts && report.residual > target && !out_of_work(); ++k) {
+      if (k > 0) sweep(kRetrySweeps);
+      newton();
+      measure();
+    }
+  }
+
+  void iterate() {
+    while (report.sweeps < settings.max_sweeps && !out_of_work()) {
+      sweep(std::min(10, settings.max_sweeps - report.sweeps));
+      measure();
+      if (report.residual <= target) break;
+    }
+  }
+
+  void least_impulses(const ContactResidual& r) {
+    if (!settings.minimum_norm || problem.contacts.size() == 1) {
+      report.minimum_norm = problem.contacts.size() == 1;
+      return;
+    }
+    if (r.natural_map > 1e-9 || out_of_work()) return;
+    cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
+    ws.saved_impulse = io.impulse;
+    ws.saved_moment = io.moment;
+    double w_min = std::numeric_limits<double>::infinity();
+    for (const ContactConstraint& c : problem.contacts) {
+      w_min = std::min(w_min, inverse_effective_mass(problem, c));
+    }
+    const int steps = minimum_norm(problem, ws.cones, kSoftness * w_min, ws.space, ws.minimum_norm,
+                                   io.impulse, io.moment, io.certificate);
+    report.newton_steps += std::abs(steps);
+    if (steps > 0) {
+      const double before = r.natural_map;
+      if (measure().natural_map <= std::max(4.0 * before, target)) {
+        report.minimum_norm = true;
+        return;
+      }
+    }
+    io.impulse = ws.saved_impulse;
+    io.moment = ws.saved_moment;
+    io.certificate.clear();
+    measure();
+  }
+
+  void run() {
+    start();
+    if (accept_warm_start()) {
+      report.warm_accepted = true;
+      return;
+    }
+    local_delassus(problem, ws.cones, ws.gauss_seidel);
+    const bool direct = ws.space.prepare(problem, settings.max_factor_work);
+    for (;;) {
+      if (direct) {
+        solve_direct();
+      } else {
+        iterate();
+      }
+      const ContactResidual r = measure();
+      if (!out_of_work() && release_sliding(r.typical_velocity)) continue;
+      if (direct) least_impulses(r);
+      break;
+    }
+    report.factorizations = ws.space.factorizations();
+  }
+};
+
+void require(bool ok, std::size_t contact, const char* field, const char* allowed) {
+  if (ok) return;
+  throw std::invalid_argument("contact " + std::to_string(contact) + ": " + field + " must be " +
+                              allowed);
+}
+
+}  // namespace
+
+void check_problem(const ContactProblem& problem) {
+  const int nb = static_cast<int>(problem.inv_mass.size());
+  if (problem.inv_inertia.size() != problem.inv_mass.size() ||
+      problem.velocity.size() != problem.inv_mass.size()) {
+    throw std::invalid_argument("inv_mass, inv_inertia and velocity differ in length");
+  }
+  for (int i = 0; i < nb; ++i) {
+    if (!(problem.inv_mass[i] > 0.0) || !std::isfinite(problem.inv_mass[i]) ||
+        !problem.inv_inertia[i].allFinite() || !problem.velocity[i].allFinite()) {
+      throw std::invalid_argument("body " + std::to_string(i) +
+                                  ": inv_mass must be > 0 and all numbers finite");
+    }
+  }
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    const ContactConstraint& c = problem.contacts[i];
+    require(c.a >= 0 && c.a < nb, i, "a", "the index of a body");
+    require(c.b >= -1 && c.b < nb && c.b != c.a, i, "b", "the index of another body, or -1");
+    require(c.r_a.allFinite() && c.r_b.allFinite() && c.frame.allFinite(), i, "geometry", "finite");
+    require(c.bias.allFinite() && c.angular_bias.allFinite(), i, "bias", "finite");
+    require(c.friction >= 0.0 && c.static_friction >= 0.0 && c.rolling_friction >= 0.0 &&
+                c.spinning_friction >= 0.0 &&
+                std::isfinite(c.friction + c.static_friction + c.rolling_friction +
+                              c.spinning_friction),
+            i, "friction", "finite and >= 0");
+    require(c.restitution >= 0.0 && c.restitution <= 1.0, i, "restitution", "in [0, 1]");
+  }
+}
+
+SolveReport solve_contacts(const ContactProblem& problem, const SolverSettings& settings,
+                           ContactSolution& io, SolverWorkspace& workspace) {
+  SolveReport report;
+  if (problem.contacts.empty()) {
+    io.impulse.clear();
+    io.moment.clear();
+    io.certificate.clear();
+    io.velocity = problem.velocity;
+    report.converged = report.minimum_norm = true;
+  } else {
+    Solve solve{problem, settings, io, workspace, {}};
+    solve.run();
+    report = solve.report;
+    report.converged = report.residual <= std::max(solve.target, settings.tolerance) ||
+                       (report.warm_accepted && report.residual <= settings.warm_tolerance);
+    io.velocity = workspace.v;
+  }
+  io.residual = report.residual;
+  io.iterations = report.sweeps + report.newton_steps;
+  io.converged = report.converged;
+  io.minimum_norm = report.minimum_norm;
+  return report;
+}
+
+}  // namespace rb

@@ -1,0 +1,43 @@
+// The contact solver: one call per island, staged.
+//
+//   1 warm start checked: done if it solves the problem with minimum norm
+//   2 a few block Gauss-Seidel sweeps                      (block_gauss_seidel)
+//   3 proximal Newton to rounding, if the factorisation is affordable    (cone_newton)
+//     otherwise accelerated iterations, residual as reached
+//   4 contacts that slip against a larger static coefficient get the kinetic one: again from 3
+//   5 least impulses among those that solve the problem    (minimum_norm)
+//   6 judged by the residual
+#pragma once
+
+#include <vector>
+
+#include "contact/problem.hpp"
+#include "solver/block_gauss_seidel.hpp"
+#include "solver/body_space.hpp"
+#include "solver/cone_newton.hpp"
+#include "solver/minimum_norm.hpp"
+#include "solver/solver_settings.hpp"
+
+namespace rb {
+
+// Memory that a later solve uses again. Holds no state: results never depend on it.
+struct SolverWorkspace {
+  std::vector<FrictionCone> cones;
+  std::vector<std::uint8_t> kinetic;  // contacts that slipped against their static coefficient
+  GaussSeidelWorkspace gauss_seidel;
+  BodySpace space;
+  ConeNewtonWorkspace newton;
+  MinimumNormWorkspace minimum_norm;
+  std::vector<Vec6> v;
+  std::vector<Vec3> saved_impulse, saved_moment;
+};
+
+// `io` in: warm start (impulse of size nc, or empty), certificate if known; out: the answer.
+SolveReport solve_contacts(const ContactProblem& problem, const SolverSettings& settings,
+                           ContactSolution& io, SolverWorkspace& workspace);
+
+// Throws std::invalid_argument naming the contact and the field when the problem is malformed
+// (index out of range, negative coefficient, a number that is not finite).
+void check_problem(const ContactProblem& problem);
+
+}  // namespace rb

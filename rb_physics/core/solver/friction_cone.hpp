@@ -1,0 +1,62 @@
+// The cone of a contact's reaction (impulse; moment) and the maps the solvers need of it.
+//
+//   K = { lambda_n >= 0, |lambda_t| <= slide lambda_n, |m_n| <= spin lambda_n, |m_t| <= roll
+//   lambda_n }
+//
+// Moments enter divided by `length` (spins multiplied by it), so that all six components are N s
+// (m/s) and all coefficients are numbers. Components: force (n, t1, t2), moment (n, t1, t2).
+#pragma once
+
+#include <vector>
+
+#include "contact/problem.hpp"
+
+namespace rb {
+
+struct FrictionCone {
+  double slide = 0.0;
+  double spin = 0.0;
+  double roll = 0.0;
+  double length = 1.0;  // m
+
+  bool has_moment() const { return spin > 0.0 || roll > 0.0; }
+};
+
+struct Reaction {
+  Vec3 force = Vec3::Zero();
+  Vec3 moment = Vec3::Zero();
+};
+
+// A face of K: components that slip keep the direction opposite to the slip, at the bound.
+struct ConeFace {
+  bool open = false;  // the face {0}: contact opens
+  bool slides = false, spins = false, rolls = false;
+  Vec2 slide_direction = Vec2::Zero();  // of the slip, unit
+  double spin_direction = 0.0;          // +1 or -1
+  Vec2 roll_direction = Vec2::Zero();   // unit
+};
+
+// Derivative of a map of reactions; moment blocks are set only if the cone has moments.
+struct ReactionDerivative {
+  Mat3 ff, fm, mf, mm;
+};
+
+// Orthogonal projection on K, or on one of its faces. Exact; `d` (may be null) gets a generalised
+// Jacobian, symmetric.
+Reaction project_on_cone(const FrictionCone& cone, const Reaction& a, ReactionDerivative* d);
+Reaction project_on_face(const FrictionCone& cone, const ConeFace& face, const Reaction& a,
+                         ReactionDerivative* d);
+
+// Alart & Curnier 1991: lambda_n = max(0, a_n), every other component cut at its bound for that
+// lambda_n. Fixed points of a = lambda - rho u are Coulomb's law itself, without De Saxce's term.
+// The Jacobian is not symmetric where a component is cut.
+Reaction alart_curnier_map(const FrictionCone& cone, const Reaction& a, ReactionDerivative* d);
+
+// De Saxce & Feng 1998: the slip u with slide |u_t| + spin |w_n| + roll |w_t| added to u_n.
+Reaction de_saxce(const FrictionCone& cone, const Reaction& slip);
+
+// Cones of all contacts with the kinetic (or static) coefficient.
+enum class Friction { kKinetic, kStatic };
+void friction_cones(const ContactProblem& problem, Friction which, std::vector<FrictionCone>& out);
+
+}  // namespace rb

@@ -1,0 +1,96 @@
+#include "solver/local_solver.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace rb {
+namespace {
+
+// lambda_t(beta) in the eigenbasis of W~ (2x2, symmetric).
+struct TangentialPlane {
+  double d1, d2;  // eigenvalues
+  Vec2 e1, e2;
+  double q1, q2;
+
+  TangentialPlane(const Eigen::Matrix2d& w, const Vec2& q) {
+    const double mean = 0.5 * (w(0, 0) + w(1, 1));
+    const double half = 0.5 * (w(0, 0) - w(1, 1));
+    const double off = w(0, 1);
+    const double radius = std::sqrt(half * half + off * off);
+    d1 = mean + radius;
+    d2 = std::max(mean - radius, 0.0);
+    // Eigenvector of d1 from the better conditioned row.
+    Vec2 e = half >= 0.0 ? Vec2(half + radius, off) : Vec2(off, radius - half);
+    const double n = e.norm();
+    e1 = n > 0.0 ? Vec2(e / n) : Vec2(1.0, 0.0);
+    e2 = Vec2(-e1[1], e1[0]);
+    q1 = q.dot(e1);
+    q2 = q.dot(e2);
+  }
+  Vec2 lambda(double beta) const { return -(q1 / (d1 + beta)) * e1 - (q2 / (d2 + beta)) * e2; }
+};
+
+Vec3 slide(const Mat3& w, const Vec3& q, double mu) {
+  const double inv_nn = 1.0 / w(0, 0);
+  const Vec2 w_tn = w.block<2, 1>(1, 0);
+  const TangentialPlane plane(w.block<2, 2>(1, 1) - w_tn * w_tn.transpose() * inv_nn,
+                              q.tail<2>() - w_tn * (q[0] * inv_nn));
+  const auto normal = [&](const Vec2& t) { return -(q[0] + w_tn.dot(t)) * inv_nn; };
+  const auto excess = [&](double beta) {  // > 0: friction must give more way
+    const Vec2 t = plane.lambda(beta);
+    return t.norm() - mu * normal(t);
+  };
+  // |lambda_t| >= mu lambda_n at beta = 0 (no stick), < at a large beta.
+  double low = 0.0;
+  double high = plane.d1 > 0.0 ? plane.d1 : w(0, 0);
+  for (int k = 0; k < 200 && excess(high) > 0.0; ++k) {
+    low = high;
+    high *= 4.0;
+  }
+  // Illinois' regula falsi: keeps the bracket, converges superlinearly, no derivative.
+  double f_low = excess(low);
+  double f_high = excess(high);
+  double beta = high;
+  if (!std::isfinite(f_low)) f_low = std::abs(f_high);
+  int side = 0;
+  for (int k = 0; k < 100 && high - low > 1e-16 * high; ++k) {
+    beta = (low * f_high - high * f_low) / (f_high - f_low);
+    if (!(beta > low && beta < high) || k % 8 == 7) beta = 0.5 * (low + high);
+    const double f = excess(beta);
+    if (std::abs(f) <= 1e-16 * std::abs(q[0]) * inv_nn) break;
+    if (f > 0.0) {
+      low = beta;
+      f_low = f;
+      if (side == 1) f_high *= 0.5;
+      side = 1;
+    } else {
+      high = beta;
+      f_high = f;
+      if (side == -1) f_low *= 0.5;
+      side = -1;
+    }
+  }
+  const Vec2 t = plane.lambda(beta);
+  // On the cone exactly: length from lambda_n, direction from t. u_n = 0 with that direction.
+  const double size = t.norm();
+  if (!(size > 0.0)) return {normal(t), 0.0, 0.0};
+  const Vec2 e = t / size;
+  const double stiffness = w(0, 0) + mu * w_tn.dot(e);
+  const double n = stiffness > 1e-12 * w(0, 0) ? -q[0] / stiffness : normal(t);
+  return {n, mu * n * e[0], mu * n * e[1]};
+}
+
+}  // namespace
+
+Vec3 solve_local_contact(const Mat3& w, const Vec3& q, double mu) {
+  if (!(q[0] < 0.0)) return Vec3::Zero();
+  if (mu == 0.0) return {-q[0] / w(0, 0), 0.0, 0.0};
+  const Vec3 stick = w.llt().solve(-q);
+  if (stick[0] > 0.0 && stick.tail<2>().squaredNorm() <= mu * mu * stick[0] * stick[0]) {
+    return stick;
+  }
+  return slide(w, q, mu);
+}
+
+}  // namespace rb

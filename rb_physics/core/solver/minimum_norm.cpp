@@ -1,0 +1,203 @@
+#include "solver/minimum_norm.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solver/contact_operators.hpp"
+
+namespace rb {
+namespace {
+
+// J_i y as a reaction (no bias).
+Reaction contact_components(const ContactConstraint& c, const FrictionCone& cone,
+                            const std::vector<Vec6>& y) {
+  Reaction r;
+  r.force = relative_velocity(c, y) - c.bias;
+  if (cone.has_moment()) r.moment = cone.length * (relative_spin(c, y) - c.angular_bias);
+  return r;
+}
+
+struct Newton {
+  const ContactProblem& problem;
+  const std::vector<FrictionCone>& cones;
+  BodySpace& space;
+  MinimumNormWorkspace& ws;
+
+  // ws.dz := target - B^T J^T P_F(J B z); returns its norm.
+  double evaluate() {
+    space.scale(ws.z, ws.y);
+    ws.wrench.assign(ws.z.size(), Vec6::Zero());
+    for (std::size_t i = 0; i < cones.size(); ++i) {
+      ws.argument[i] = contact_components(problem.contacts[i], cones[i], ws.y);
+      ws.reaction[i] = project_on_face(cones[i], ws.faces[i], ws.argument[i], &ws.d[i]);
+      add_wrench(problem.contacts[i], cones[i], ws.reaction[i], ws.wrench);
+    }
+    space.scale_transposed(ws.wrench, ws.dz);
+    double sq = 0.0;
+    for (std::size_t i = 0; i < ws.dz.size(); ++i) {
+      ws.dz[i] = ws.target[i] - ws.dz[i];
+      sq += ws.dz[i].squaredNorm();
+    }
+    return std::sqrt(sq);
+  }
+
+  // Slope of the dual energy sum |P_F|^2 / 2 - target . z along dz.
+  double slope(double step, double target_step) {
+    double s = -target_step;
+    for (std::size_t i = 0; i < cones.size(); ++i) {
+      const Reaction a{ws.argument[i].force + step * ws.argument_step[i].force,
+                       ws.argument[i].moment + step * ws.argument_step[i].moment};
+      const Reaction g = project_on_face(cones[i], ws.faces[i], a, nullptr);
+      s += g.force.dot(ws.argument_step[i].force) + g.moment.dot(ws.argument_step[i].moment);
+    }
+    return s;
+  }
+
+  double line_search() {
+    double target_step = 0.0;
+    for (std::size_t i = 0; i < ws.dz.size(); ++i) target_step += ws.target[i].dot(ws.dz[i]);
+    space.scale(ws.dz, ws.y);
+    for (std::size_t i = 0; i < cones.size(); ++i) {
+      ws.argument_step[i] = contact_components(problem.contacts[i], cones[i], ws.y);
+    }
+    const double at_zero = slope(0.0, target_step);
+    double high = 1.0;
+    double f_high = slope(high, target_step);
+    if (f_high <= 0.1 * std::abs(at_zero)) return 1.0;
+    double low = 0.0;
+    double f_low = at_zero;
+    double step = 1.0;
+    for (int k = 0; k < 12; ++k) {
+      step = (low * f_high - high * f_low) / (f_high - f_low);
+      const double margin = 0.1 * (high - low);
+      step = std::clamp(step, low + margin, high - margin);
+      const double f = slope(step, target_step);
+      if (std::abs(f) <= 0.1 * std::abs(at_zero)) break;
+      (f < 0.0 ? low : high) = step;
+      (f < 0.0 ? f_low : f_high) = f;
+    }
+    return step;
+  }
+};
+
+}  // namespace
+
+void cone_faces(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+                const std::vector<Vec6>& v, double threshold, std::vector<ConeFace>& faces) {
+  faces.resize(cones.size());
+  for (std::size_t i = 0; i < cones.size(); ++i) {
+    const ContactConstraint& c = problem.contacts[i];
+    ConeFace& face = faces[i];
+    face = {};
+    const Vec3 u = relative_velocity(c, v);
+    if (u[0] > threshold) {
+      face.open = true;
+      continue;
+    }
+    const double slide = u.tail<2>().norm();
+    if (slide > threshold) {
+      face.slides = true;
+      face.slide_direction = u.tail<2>() / slide;
+    }
+    if (!cones[i].has_moment()) continue;
+    const Vec3 w = cones[i].length * relative_spin(c, v);
+    const double roll = w.tail<2>().norm();
+    if (std::abs(w[0]) > threshold) {
+      face.spins = true;
+      face.spin_direction = w[0] > 0.0 ? 1.0 : -1.0;
+    }
+    if (roll > threshold) {
+      face.rolls = true;
+      face.roll_direction = w.tail<2>() / roll;
+    }
+  }
+}
+
+bool is_minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+                     const std::vector<ConeFace>& faces, const std::vector<Vec3>& impulse,
+                     const std::vector<Vec3>& moment, const std::vector<Vec6>& certificate,
+                     double tolerance) {
+  if (certificate.size() != problem.inv_mass.size()) return false;
+  double largest = 0.0;
+  double deviation = 0.0;
+  for (std::size_t i = 0; i < cones.size(); ++i) {
+    const Reaction r =
+        project_on_face(cones[i], faces[i],
+                        contact_components(problem.contacts[i], cones[i], certificate), nullptr);
+    largest = std::max(largest, impulse[i].squaredNorm());
+    double sq = (r.force - impulse[i]).squaredNorm();
+    if (cones[i].has_moment()) sq += (r.moment - moment[i] / cones[i].length).squaredNorm();
+    if (!(sq <= deviation)) deviation = sq;
+  }
+  return deviation <= tolerance * tolerance * largest;
+}
+
+int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>& cones, double eps,
+                 BodySpace& space, MinimumNormWorkspace& ws, std::vector<Vec3>& impulse,
+                 std::vector<Vec3>& moment, std::vector<Vec6>& certificate) {
+  const std::size_t nc = cones.size();
+  const std::size_t nb = problem.inv_mass.size();
+  ws.argument.resize(nc);
+  ws.argument_step.resize(nc);
+  ws.reaction.resize(nc);
+  ws.d.resize(nc);
+  ws.wrench.assign(nb, Vec6::Zero());
+  for (std::size_t i = 0; i < nc; ++i) {
+    Reaction r{impulse[i], Vec3::Zero()};
+    if (cones[i].has_moment()) r.moment = moment[i] / cones[i].length;
+    add_wrench(problem.contacts[i], cones[i], r, ws.wrench);
+  }
+  space.scale_transposed(ws.wrench, ws.target);
+  double scale = 0.0;
+  for (const Vec6& t : ws.target) scale += t.squaredNorm();
+  scale = std::sqrt(scale);
+  ws.z.assign(nb, Vec6::Zero());
+  Newton newton{problem, cones, space, ws};
+  // At z = 0 every P_F is at its apex, where the Jacobian says nothing: start inside K instead.
+  for (std::size_t i = 0; i < nc; ++i) {
+    ConeFace& face = ws.faces[i];
+    ws.d[i].ff.setZero();
+    ws.d[i].fm.setZero();
+    ws.d[i].mf.setZero();
+    ws.d[i].mm.setZero();
+    if (face.open) continue;
+    ws.d[i].ff.setIdentity();
+    ws.d[i].mm.setIdentity();
+    if (face.slides || cones[i].slide == 0.0) {
+      const double mu = cones[i].slide;
+      const Vec3 ray(1.0, -mu * face.slide_direction[0], -mu * face.slide_direction[1]);
+      ws.d[i].ff = ray * ray.transpose() / (1.0 + mu * mu);
+    }
+  }
+  ws.dz = ws.target;
+  double norm = scale;
+  int steps = 0;
+  constexpr int kMaxSteps = 30;
+  while (steps < kMaxSteps) {
+    if (!space.factorize(problem, cones, ws.d, 1.0 / eps, true)) return -steps - 1;
+    for (Vec6& x : ws.dz) x /= eps;
+    space.solve(ws.dz);
+    const double step = newton.line_search();
+    for (std::size_t i = 0; i < nb; ++i) ws.z[i] += step * ws.dz[i];
+    const double next = newton.evaluate();
+    ++steps;
+    if (next <= 4e-16 * scale) {
+      norm = next;
+      break;
+    }
+    if (next > 0.3 * norm && norm <= 1e-13 * scale) {
+      norm = next;
+      break;
+    }
+    norm = next;
+  }
+  if (!(norm <= 1e-12 * scale)) return -steps - 1;
+  for (std::size_t i = 0; i < nc; ++i) {
+    impulse[i] = ws.reaction[i].force;
+    if (cones[i].has_moment()) moment[i] = cones[i].length * ws.reaction[i].moment;
+  }
+  space.scale(ws.z, certificate);
+  return steps;
+}
+
+}  // namespace rb

@@ -1,0 +1,42 @@
+// The least impulses (sum of squares) that give the same motion: redundant contacts share evenly.
+//
+// Given a solution, v is known, and with it the face F_i of K_i that Coulomb's law leaves to each
+// impulse: {0} where the contact opens, a ray where it slides, K_i where it sticks. Then
+//   minimise sum |lambda_i|^2 / 2   subject to   J^T lambda = M (v - v_free),  lambda_i in F_i
+// has the dual solution lambda_i = P_Fi(J_i y), found by Newton for the body vector y: the
+// certificate. Moments count divided by FrictionCone::length.
+#pragma once
+
+#include <vector>
+
+#include "contact/problem.hpp"
+#include "solver/body_space.hpp"
+#include "solver/friction_cone.hpp"
+
+namespace rb {
+
+struct MinimumNormWorkspace {
+  std::vector<ConeFace> faces;
+  std::vector<Reaction> argument, argument_step, reaction;
+  std::vector<ReactionDerivative> d;
+  std::vector<Vec6> target, z, dz, y, wrench;
+};
+
+// Faces left by the slip of v; slips below `threshold` (m/s) count as zero.
+void cone_faces(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+                const std::vector<Vec6>& v, double threshold, std::vector<ConeFace>& faces);
+
+// True if impulses are P_F(J y) to `tolerance` of the largest impulse: they are the least.
+bool is_minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+                     const std::vector<ConeFace>& faces, const std::vector<Vec3>& impulse,
+                     const std::vector<Vec3>& moment, const std::vector<Vec6>& certificate,
+                     double tolerance);
+
+// Replaces impulse and moment by the least ones on ws.faces and writes the certificate. Returns the
+// number of Newton steps, negative (nothing changed) if it did not converge. `eps` as in
+// cone_newton, so that its last factorisation serves again where nothing slides.
+int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>& cones, double eps,
+                 BodySpace& space, MinimumNormWorkspace& ws, std::vector<Vec3>& impulse,
+                 std::vector<Vec3>& moment, std::vector<Vec6>& certificate);
+
+}  // namespace rb

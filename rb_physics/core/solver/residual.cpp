@@ -1,0 +1,122 @@
+#include "solver/residual.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "solver/contact_operators.hpp"
+
+namespace rb {
+namespace {
+
+Reaction scaled_slip(const ContactConstraint& c, const FrictionCone& cone,
+                     const std::vector<Vec6>& v) {
+  Reaction slip;
+  slip.force = relative_velocity(c, v);
+  if (cone.has_moment()) slip.moment = cone.length * relative_spin(c, v);
+  return slip;
+}
+
+// |w lambda - P_K(w lambda - u~)|; K is a cone, so that scaling by w commutes with P_K.
+double natural_map(const FrictionCone& cone, double w, const Reaction& reaction,
+                   const Reaction& slip) {
+  const Reaction s = de_saxce(cone, slip);
+  const Reaction at{w * reaction.force - s.force, w * reaction.moment - s.moment};
+  const Reaction p = project_on_cone(cone, at, nullptr);
+  double sq = (w * reaction.force - p.force).squaredNorm();
+  if (cone.has_moment()) {
+    sq += (w * reaction.moment - p.moment).squaredNorm();
+  }
+  return std::sqrt(sq);
+}
+
+Reaction reaction_of(const FrictionCone& cone, const std::vector<Vec3>& impulse,
+                     const std::vector<Vec3>& moment, std::size_t i) {
+  Reaction r;
+  r.force = impulse[i];
+  if (cone.has_moment() && !moment.empty()) r.moment = moment[i] / cone.length;
+  return r;
+}
+
+double typical_velocity(const ContactProblem& p, const std::vector<Vec3>& impulse) {
+  double u = 0.0;
+  for (std::size_t i = 0; i < p.contacts.size(); ++i) {
+    const ContactConstraint& c = p.contacts[i];
+    const double w = inverse_effective_mass(p, c);
+    u = std::max({u, w * impulse[i].norm(), -relative_velocity(c, p.velocity)[0]});
+  }
+  return u;
+}
+
+void check_sizes(const ContactProblem& p, const ContactSolution& s) {
+  const std::size_t nc = p.contacts.size();
+  if (s.impulse.size() != nc) {
+    throw std::invalid_argument("natural_map_residual: impulse has " +
+                                std::to_string(s.impulse.size()) + " entries for " +
+                                std::to_string(nc) + " contacts");
+  }
+  if (!s.moment.empty() && s.moment.size() != nc) {
+    throw std::invalid_argument("natural_map_residual: moment has " +
+                                std::to_string(s.moment.size()) + " entries for " +
+                                std::to_string(nc) + " contacts (or none)");
+  }
+}
+
+}  // namespace
+
+double natural_map_residual(const ContactProblem& problem, const ContactSolution& solution) {
+  check_sizes(problem, solution);
+  std::vector<Vec6> v;
+  velocity_from_impulses(problem, solution.impulse, solution.moment, v);
+  const double scale = typical_velocity(problem, solution.impulse);
+  std::vector<FrictionCone> cones;
+  friction_cones(problem, Friction::kKinetic, cones);
+  for (std::size_t i = 0; i < cones.size(); ++i) {
+    const ContactConstraint& c = problem.contacts[i];
+    if (c.static_friction > c.friction &&
+        relative_velocity(c, v).tail<2>().norm() <= kStickSlip * scale) {
+      cones[i].slide = c.static_friction;
+    }
+  }
+  return natural_map_residual(problem, cones, solution.impulse, solution.moment, v).natural_map;
+}
+
+ContactResidual natural_map_residual(const ContactProblem& problem,
+                                     const std::vector<FrictionCone>& cones,
+                                     const std::vector<Vec3>& impulse,
+                                     const std::vector<Vec3>& moment, const std::vector<Vec6>& v) {
+  double worst = 0.0;
+  ContactResidual result;
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    const ContactConstraint& c = problem.contacts[i];
+    const double w = inverse_effective_mass(problem, c);
+    const double r = natural_map(cones[i], w, reaction_of(cones[i], impulse, moment, i),
+                                 scaled_slip(c, cones[i], v));
+    if (!(r <= worst)) worst = r;  // keeps NaN
+    result.typical_velocity = std::max({result.typical_velocity, w * impulse[i].norm(),
+                                        -relative_velocity(c, problem.velocity)[0]});
+  }
+  const double scale = result.typical_velocity;
+  if (worst == 0.0) {
+    result.natural_map = 0.0;
+  } else {
+    result.natural_map = scale > 0.0 ? worst / scale : std::numeric_limits<double>::infinity();
+  }
+  return result;
+}
+
+double rounding_floor(const ContactProblem& problem, const std::vector<Vec6>& v,
+                      double typical_velocity) {
+  double operand = 0.0;
+  for (const ContactConstraint& c : problem.contacts) {
+    operand = std::max(operand, v[c.a].head<3>().norm() + v[c.a].tail<3>().norm() * c.r_a.norm());
+    if (c.b >= 0) {
+      operand = std::max(operand, v[c.b].head<3>().norm() + v[c.b].tail<3>().norm() * c.r_b.norm());
+    }
+  }
+  if (!(typical_velocity > 0.0)) return 0.0;
+  return 16.0 * std::numeric_limits<double>::epsilon() * operand / typical_velocity;
+}
+
+}  // namespace rb

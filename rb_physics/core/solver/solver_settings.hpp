@@ -1,0 +1,33 @@
+// What a solver is asked to reach and how much it may work; what it reports.
+#pragma once
+
+#include <cstdint>
+
+#include "math/tolerances.hpp"
+
+namespace rb {
+
+struct SolverSettings {
+  double tolerance = tolerance::direct_residual;  // relative natural-map residual to reach
+  double warm_tolerance = 1e-12;  // a warm start at or below it, with minimum norm, is the answer
+  bool minimum_norm = true;       // of all impulses that solve the problem, find the least
+  // Bound on the work of one solve in units of one sweep over one contact (about 0.1 us); 0: none.
+  // When it bites, the result says so (converged = false, the residual reached).
+  std::int64_t max_work = 0;
+  // Largest direct factorisation (multiply-adds, one Newton step); islands above it iterate.
+  double max_factor_work = 2e7;
+  int max_sweeps = 500;  // for islands that iterate
+};
+
+struct SolveReport {
+  double residual = 0.0;  // natural map, relative (residual.hpp)
+  int sweeps = 0;         // Gauss-Seidel sweeps or iterations of the accelerated method
+  int newton_steps = 0;
+  int factorizations = 0;
+  bool converged = false;     // residual <= tolerance (or the rounding floor of the problem)
+  bool minimum_norm = false;  // impulses certified as the least of all solutions
+  bool warm_accepted = false;
+  bool work_exhausted = false;  // max_work ended the solve
+};
+
+}  // namespace rb
