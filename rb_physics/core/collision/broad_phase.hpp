@@ -15,6 +15,7 @@
 
 #include "collision/aabb_tree.hpp"
 #include "math/types.hpp"
+#include "shape/bvh.hpp"
 
 namespace rb {
 
@@ -109,28 +110,6 @@ class BroadPhase {
   std::vector<std::pair<int, int>> pairs_;
   bool dirty_ = true;  // some predicted box changed since update_pairs
 };
-
-// Does the ray origin + t direction, t in [0, t_max], meet the box?
-// component.
-inline bool ray_meets(const Aabb& box, const Vec3& origin, const Vec3& direction, double t_max) {
-  double enter = 0.0, leave = t_max;
-  for (int k = 0; k < 3; ++k) {
-    if (direction[k] == 0.0) {
-      if (origin[k] < box.lower[k] || origin[k] > box.upper[k]) return false;
-      continue;
-    }
-    double near = (box.lower[k] - origin[k]) / direction[k];
-    double far = (box.upper[k] - origin[k]) / direction[k];
-    if (near > far) std::swap(near, far);
-    // A few ulp of room: the slabs are rounded, the shapes inside may touch the box.
-    near -= 1e-15 * (near < 0 ? -near : near);
-    far += 1e-15 * (far < 0 ? -far : far);
-    if (near > enter) enter = near;
-    if (far < leave) leave = far;
-    if (enter > leave) return false;
-  }
-  return true;
-}
 
 template <class Visit>
 void BroadPhase::ray(const Vec3& origin, const Vec3& direction, double t_max, Visit&& visit) const {

@@ -27,7 +27,8 @@ struct DistanceResult {
 DistanceResult distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
 
 // A rigid motion over [0, t_max]: pose of the body frame at t, and bounds that hold on the
-// interval.
+// interval. Bounds may be generous (that costs iterations) but never too small (that may miss an
+// impact).
 class Sweep {
  public:
   virtual ~Sweep() = default;
@@ -35,18 +36,36 @@ class Sweep {
   virtual Vec3 center(double t) const = 0;              // m, the point the rotation is about, world
   virtual double max_angular_speed() const = 0;         // rad/s, bound over the interval
   virtual double max_linear_speed(double t) const = 0;  // m/s, bound for the centre on [t, t_max]
+  virtual double max_angular_acceleration() const = 0;  // rad/s^2, bound over the interval
+  virtual double max_linear_acceleration() const = 0;   // m/s^2, bound for the centre
 };
 
-// Smallest t in [0, t_max] at which the shapes touch (separation 0 reached from outside; touching
-// and separating at t = 0 does not count), or nothing.
-std::optional<double> time_of_impact(const Shape& a, const Sweep& motion_a, const Shape& b,
-                                     const Sweep& motion_b, double t_max);
+struct ImpactSearch {
+  std::optional<double> time;  // s, the contact time; nothing when the shapes don't meet
+  int iterations = 0;          // distance queries spent
+  bool converged = true;  // false: the cap was met; `time` is then a time up to which nothing met
+};
+
+// Smallest t in [0, t_max] at which the shapes touch, separation 0 reached from outside (S7: the
+// contact time). Shapes that touch or overlap at t = 0: an impact at 0 when they go (deeper) into
+// each other, else the next impact after they have parted; resting on each other is no impact.
+ImpactSearch find_time_of_impact(const Shape& a, const Sweep& motion_a, const Shape& b,
+                                 const Sweep& motion_b, double t_max);
+
+inline std::optional<double> time_of_impact(const Shape& a, const Sweep& motion_a, const Shape& b,
+                                            const Sweep& motion_b, double t_max) {
+  return find_time_of_impact(a, motion_a, b, motion_b, t_max).time;
+}
 
 struct RayHit {
   double distance;  // m along the unit direction
   Vec3 point;       // m, world
   Vec3 normal;      // unit, outward
 };
+// Nearest hit of the ray (direction of any length > 0). A ray that starts inside a solid hits at
+// distance 0 with the normal -direction. Meshes and height fields are surfaces, hit from both
+// sides; a particle is never hit. Throws std::invalid_argument for a zero direction and numbers
+// that are not finite.
 std::optional<RayHit> ray_cast(const Shape& shape, const Pose& pose, const Vec3& origin,
                                const Vec3& direction);
 

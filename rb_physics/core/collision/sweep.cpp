@@ -1,0 +1,45 @@
+#include "collision/sweep.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "math/rotation.hpp"
+
+namespace rb {
+
+BallisticSweep::BallisticSweep(const Pose& pose, const Vec3& center, const Vec3& velocity,
+                               const Vec3& acceleration, const Vec3& angular_velocity, double t_max)
+    : orientation_(pose.orientation),
+      local_center_(center),
+      center_(pose.apply(center)),
+      velocity_(velocity),
+      acceleration_(acceleration),
+      angular_velocity_(angular_velocity),
+      angular_speed_(angular_velocity.norm()),
+      t_max_(t_max) {
+  if (!center_.allFinite() || !velocity.allFinite() || !acceleration.allFinite() ||
+      !std::isfinite(angular_speed_) || !(t_max >= 0.0) || !std::isfinite(t_max)) {
+    throw std::invalid_argument("sweep: pose, velocities, acceleration and t_max must be finite");
+  }
+}
+
+Vec3 BallisticSweep::center(double t) const {
+  return center_ + t * (velocity_ + 0.5 * t * acceleration_);
+}
+
+Pose BallisticSweep::at(double t) const {
+  if (angular_speed_ == 0.0) {
+    return {center(t) - orientation_ * local_center_, orientation_};
+  }
+  const Quat q = quaternion_from_rotation_vector(t * angular_velocity_) * orientation_;
+  return {center(t) - q * local_center_, q};
+}
+
+// The speed along a parabola is a convex function of time: its ends bound it.
+double BallisticSweep::max_linear_speed(double t) const {
+  return std::max((velocity_ + t * acceleration_).norm(),
+                  (velocity_ + t_max_ * acceleration_).norm());
+}
+
+}  // namespace rb

@@ -1,0 +1,58 @@
+// Motions given in closed form, for time_of_impact.
+#pragma once
+
+#include "collision/queries.hpp"
+#include "math/types.hpp"
+
+namespace rb {
+
+// The centre follows a parabola c + v t + a t^2 / 2, the body turns about it at a constant world
+// angular velocity: q(t) = exp(omega t / 2) q. A body at rest is the special case of zeros.
+class BallisticSweep final : public Sweep {
+ public:
+  // `pose` of the body frame at t = 0; `center` in body coordinates, m; velocity (m/s),
+  // acceleration (m/s^2) and angular velocity (rad/s) in world axes; t_max in s, the interval the
+  // bounds hold on. Throws std::invalid_argument for values that are not finite.
+  BallisticSweep(const Pose& pose, const Vec3& center, const Vec3& velocity,
+                 const Vec3& acceleration, const Vec3& angular_velocity, double t_max);
+
+  static BallisticSweep fixed(const Pose& pose) {
+    return {pose, Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), 0.0};
+  }
+
+  Pose at(double t) const override;
+  Vec3 center(double t) const override;
+  double max_angular_speed() const override { return angular_speed_; }
+  double max_linear_speed(double t) const override;
+  double max_angular_acceleration() const override { return 0.0; }
+  double max_linear_acceleration() const override { return acceleration_.norm(); }
+
+ private:
+  Quat orientation_;       // at t = 0
+  Vec3 local_center_;      // m, body coordinates
+  Vec3 center_;            // m, world, at t = 0
+  Vec3 velocity_;          // m/s, at t = 0
+  Vec3 acceleration_;      // m/s^2
+  Vec3 angular_velocity_;  // rad/s
+  double angular_speed_;   // rad/s
+  double t_max_;           // s
+};
+
+// Another sweep seen from a part that is fixed to the moving body: part pose = body pose * local.
+class PartSweep final : public Sweep {
+ public:
+  PartSweep(const Sweep& body, const Pose& local) : body_(body), local_(local) {}
+
+  Pose at(double t) const override { return body_.at(t) * local_; }
+  Vec3 center(double t) const override { return body_.center(t); }
+  double max_angular_speed() const override { return body_.max_angular_speed(); }
+  double max_linear_speed(double t) const override { return body_.max_linear_speed(t); }
+  double max_angular_acceleration() const override { return body_.max_angular_acceleration(); }
+  double max_linear_acceleration() const override { return body_.max_linear_acceleration(); }
+
+ private:
+  const Sweep& body_;
+  Pose local_;
+};
+
+}  // namespace rb

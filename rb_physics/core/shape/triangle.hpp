@@ -1,0 +1,38 @@
+// One triangle of a mesh or height field with what contact needs to know of its surroundings.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "math/types.hpp"
+
+namespace rb {
+
+// How the surface goes on beyond an edge. Only convex and boundary edges can be touched: on a flat
+// or concave one a face is always nearer, and a contact there would be a bump in a smooth surface.
+enum class EdgeType : std::uint8_t { FLAT, CONCAVE, CONVEX, BOUNDARY };
+
+struct SurfaceTriangle {
+  std::array<Vec3, 3> corner;           // m, counterclockwise seen from outside
+  Vec3 normal;                          // unit, outward
+  std::array<EdgeType, 3> edge;         // edge k runs from corner k to corner k + 1
+  std::array<Vec3, 3> neighbor_normal;  // beyond edge k; unused at a boundary
+  std::array<bool, 3> owns_edge;  // of two triangles at an edge, the one that reports its contacts
+  std::array<bool, 3>
+      owns_corner;           // the same for a corner; corners of no convex edge have no owner
+  std::int32_t face_id = 0;  // stable names of the features
+  std::array<std::int32_t, 3> edge_id{};
+  std::array<std::int32_t, 3> corner_id{};
+};
+
+// Dihedral angles (rad) below this count as flat: rounding of the vertices must not make bumps.
+inline constexpr double flat_angle = 1e-6;
+
+// Type of the edge from p (direction `along`) between faces of unit normals n and m, where `beyond`
+// is the neighbour's third corner.
+inline EdgeType edge_type(const Vec3& n, const Vec3& m, const Vec3& p, const Vec3& beyond) {
+  if (n.cross(m).squaredNorm() < flat_angle * flat_angle && n.dot(m) > 0.0) return EdgeType::FLAT;
+  return n.dot(beyond - p) < 0.0 ? EdgeType::CONVEX : EdgeType::CONCAVE;
+}
+
+}  // namespace rb
