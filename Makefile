@@ -11,6 +11,7 @@ ifneq ($(shell command -v ccache 2>/dev/null),)
 ifeq ($(origin CC),default)
 export CC := ccache gcc
 export CXX := ccache g++
+export CCACHE_NOHASHDIR := 1
 endif
 endif
 

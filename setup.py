@@ -112,6 +112,7 @@ def shared(folder: str, *patterns: str) -> tuple[str, list[str]]:
 
 ParallelCompile("RB_PHYSICS_JOBS", needs_recompile=needs_recompile).install()
 setup(
+    python_requires=">=3.11",  # in setup.cfg it becomes an object that colcon cannot read
     packages=[
         *find_packages(include=["rb_physics", "rb_physics.*"]),
         "rb_physics_nodes",

@@ -34,3 +34,19 @@ Files: cdr, encoders, decoders (messages), definitions (their types), topics (th
 (world -> messages), operations (changes of the world), mcap_log and rosbag2 (the bag), rerun_log
 (the view), recorder (all of it together), log_reader, replay, recover, summary, render.
 """
+
+from .mcap_log import RecordingError
+from .outputs import Outputs
+from .recorder import Recorder, new_run_directory
+from .topics import Topic, TopicError, TopicTable, load_topics
+
+__all__ = [
+    "Outputs",
+    "Recorder",
+    "RecordingError",
+    "Topic",
+    "TopicError",
+    "TopicTable",
+    "load_topics",
+    "new_run_directory",
+]

@@ -34,9 +34,8 @@ _WRITTEN = (
     "visualization_msgs/msg/MarkerArray",
 )
 _TF_MESSAGE = "tf2_msgs/msg/TFMessage"  # its package is not always installed: one field, known
-_PRIMITIVES = frozenset(
-    ["bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "string", "wstring"]
-)
+_INTEGERS = tuple(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
+_PRIMITIVES = {"bool", "byte", "char", "string", "wstring", "float32", "float64", *_INTEGERS}
 
 
 class Definition(NamedTuple):

@@ -6,6 +6,7 @@ killed process loses no more than that. Nothing existing is ever overwritten.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 import time
@@ -172,6 +173,10 @@ class McapLog:
             self._queue.dropped += len(entries)
 
     @property
+    def closed(self) -> bool:
+        return self._queue.closed
+
+    @property
     def counters(self) -> dict[str, int]:
         return {
             "messages": self.messages,
@@ -319,10 +324,9 @@ class McapLog:
         self._queue.close()
         self._queue.dropped += len(self._queue.take(0))
         if not self._stopped:
-            try:  # the file has no index now, but every chunk committed before is complete
+            # The file has no index now, but every chunk committed before is complete.
+            with contextlib.suppress(OSError):
                 self._stream.close()
-            except OSError:
-                pass
 
     def _sentence(self, error: Exception) -> str:
         if isinstance(error, _DiskFull):

@@ -22,6 +22,15 @@ namespace rb::bindings {
   throw py::error_already_set();
 }
 
+// Raises rb_physics.SceneError: "FIELD: REASON".
+[[noreturn]] inline void refuse_because(const std::string& field, const std::string& reason) {
+  namespace py = pybind11;
+  const py::object type = py::module_::import("rb_physics.errors").attr("SceneError");
+  const py::object error = type(field + ": " + reason, py::arg("field") = field);
+  PyErr_SetObject(type.ptr(), error.ptr());
+  throw py::error_already_set();
+}
+
 inline pybind11::object as_list(const Eigen::Ref<const Eigen::VectorXd>& values) {
   pybind11::list list;
   for (const double x : values) list.append(x);

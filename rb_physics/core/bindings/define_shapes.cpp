@@ -1,5 +1,6 @@
 // The shape classes of the Python interface: immutable, checked when made, picklable.
 #include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -9,6 +10,7 @@
 
 #include "bindings/arguments.hpp"
 #include "shape/compound.hpp"
+#include "shape/hull.hpp"
 #include "shape/shape.hpp"
 
 namespace py = pybind11;
@@ -67,6 +69,53 @@ HalfSpace make_half_space(const Vec3& normal, double offset) {
   return {std::abs(length - 1.0) <= 4e-16 ? normal : Vec3(normal / length), offset};
 }
 
+ConvexHull make_hull_of(
+    const py::array_t<double, py::array::c_style | py::array::forcecast>& rows) {
+  if (rows.ndim() != 2 || rows.shape(1) != 3) {
+    refuse("shape.points", rows, "an array of shape (n, 3)");
+  }
+  std::vector<Vec3> points;
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+    points.push_back(checked_vector("shape.points[" + std::to_string(i) + "]",
+                                    {rows.at(i, 0), rows.at(i, 1), rows.at(i, 2)}));
+  }
+  try {
+    return make_hull(points);
+  } catch (const std::invalid_argument& error) {
+    bindings::refuse_because("shape.points", error.what());
+  }
+}
+
+py::array_t<double> hull_points(const ConvexHull& hull) {
+  const auto& vertices = hull.data->vertices;
+  py::array_t<double> out({static_cast<py::ssize_t>(vertices.size()), py::ssize_t{3}});
+  auto view = out.mutable_unchecked<2>();
+  for (py::ssize_t i = 0; i < view.shape(0); ++i) {
+    for (int k = 0; k < 3; ++k) view(i, k) = vertices[i][k];
+  }
+  return out;
+}
+
+std::vector<std::vector<int>> hull_faces(const ConvexHull& hull) {
+  std::vector<std::vector<int>> faces;
+  for (const HullFace& face : hull.data->faces) {
+    const auto first = hull.data->face_vertices.begin() + face.first;
+    faces.emplace_back(first, first + face.count);
+  }
+  return faces;
+}
+
+py::array_t<int> hull_edges(const ConvexHull& hull) {
+  const auto& edges = hull.data->edges;
+  py::array_t<int> out({static_cast<py::ssize_t>(edges.size()), py::ssize_t{2}});
+  auto view = out.mutable_unchecked<2>();
+  for (py::ssize_t i = 0; i < view.shape(0); ++i) {
+    view(i, 0) = edges[i].tail;
+    view(i, 1) = edges[i].head;
+  }
+  return out;
+}
+
 using PlacedPart = std::tuple<Shape, Vec3, Eigen::Vector4d>;
 
 Compound make_compound_of(const std::vector<PlacedPart>& placed) {
@@ -78,7 +127,11 @@ Compound make_compound_of(const std::vector<PlacedPart>& placed) {
                      {checked_vector(field + ".position", position),
                       checked_orientation(field + ".orientation", orientation)}});
   }
-  return make_compound(parts);
+  try {
+    return make_compound(parts);
+  } catch (const std::invalid_argument& error) {
+    bindings::refuse_because("shape.parts", error.what());
+  }
 }
 
 py::list parts_of(const Compound& compound) {
@@ -160,6 +213,21 @@ void define_shapes(py::module_& m) {
       .def_readonly("offset", &HalfSpace::offset);
   complete(half_space, "HalfSpace", {"normal", "offset"},
            [](const HalfSpace& s) { return py::make_tuple(tuple_of(s.normal), s.offset); });
+
+  py::class_<ConvexHull> hull(
+      m, "ConvexHull",
+      "Convex hull of `points` (n, 3), m, in body coordinates; inner points are dropped. Raises "
+      "SceneError for points that span no volume.");
+  hull.def(py::init(&make_hull_of), py::arg("points"))
+      .def_property_readonly("points", &hull_points, "Corners (n, 3), m, in the order given.")
+      .def_property_readonly("faces", &hull_faces,
+                             "Corner indices of each flat face, counterclockwise from outside.")
+      .def_property_readonly("edges", &hull_edges, "Corner indices (n, 2) of the edges.");
+  complete(hull, "ConvexHull", {"points"}, [](const ConvexHull& s) {
+    py::list rows;
+    for (const Vec3& v : s.data->vertices) rows.append(tuple_of(v));
+    return py::make_tuple(py::tuple(rows));
+  });
 
   py::class_<Compound> compound(
       m, "Compound",

@@ -9,8 +9,8 @@ namespace rb {
 namespace {
 
 constexpr int max_order = 24;
-constexpr double max_angle = 0.25;     // rad turned per series: keeps the order below about 14
-constexpr double negligible = 1e-19;   // relative size of the last term, a thousandth of rounding
+constexpr double max_angle = 0.25;    // rad turned per series: keeps the order below about 14
+constexpr double negligible = 1e-19;  // relative size of the last term, a thousandth of rounding
 
 // One Taylor series over h with |omega| h <= max_angle.
 Quat series(const Quat& q, const Vec3& L, const Inertia& in, double h) {
@@ -42,7 +42,8 @@ Quat series(const Quat& q, const Vec3& L, const Inertia& in, double h) {
       break;
     }
   }
-  // Smallest terms first; the large 1 of dq[0] is left to the last product, which saves its rounding.
+  // Smallest terms first; the large 1 of dq[0] is left to the last product, which saves its
+  // rounding.
   Eigen::Vector4d delta = Eigen::Vector4d::Zero();
   for (int k = order; k >= 1; --k) delta += dq[k].coeffs();
   Quat change;
@@ -61,7 +62,8 @@ Quat rotate_free(const Quat& q, const Vec3& L, const Inertia& in, double h) {
     return normalized(quaternion_from_rotation_vector(angle) * q);
   }
   if (L.isZero(0.0)) return q;
-  // Bounds of |omega| over the whole motion, from |L| and from the energy; the trace of J^-1 is above 1 / J_min.
+  // Bounds of |omega| over the whole motion, from |L| and from the energy; the trace of J^-1 is
+  // above 1 / J_min.
   const double inv_min = in.inv_body.trace();
   const Vec3 l = q.conjugate() * L;
   const double twice_energy = l.dot(in.inv_body * l);

@@ -1,4 +1,5 @@
-// The notes' generic solver on S6: one classical Runge-Kutta step of fourth order, q normalised (S5).
+// The notes' generic solver on S6: one classical Runge-Kutta step of fourth order, q normalised
+// (S5).
 #pragma once
 
 #include "body/state.hpp"

@@ -1,8 +1,18 @@
 #include "body/state.hpp"
 
+#include <Eigen/LU>
+
 #include "math/rotation.hpp"
 
 namespace rb {
+
+Mat3 inverse_of_inertia(const Mat3& inertia) {
+  if (inertia == Mat3(inertia.diagonal().asDiagonal())) {
+    return inertia.diagonal().cwiseInverse().asDiagonal();
+  }
+  const Mat3 inverse = inertia.inverse();
+  return 0.5 * (inverse + inverse.transpose());
+}
 
 Mat3 world_inverse_inertia(const Quat& q, const Inertia& i) {
   if (i.isotropic) return i.inv_body;
@@ -22,7 +32,8 @@ Vec3 angular_momentum(const Quat& q, const Inertia& i, const Vec3& omega) {
 }
 
 StateDerivative derivative(const RigidState& s, const Inertia& i, const Wrench& w) {
-  return {linear_velocity(s, i), quaternion_derivative(s.q, angular_velocity(s, i)), w.force, w.torque};
+  return {linear_velocity(s, i), quaternion_derivative(s.q, angular_velocity(s, i)), w.force,
+          w.torque};
 }
 
 double kinetic_energy(const RigidState& s, const Inertia& i) {

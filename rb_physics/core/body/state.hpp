@@ -7,19 +7,20 @@
 namespace rb {
 
 struct RigidState {
-  Vec3 x = Vec3::Zero();       // m, centre of mass, world
-  Quat q = Quat::Identity();   // body axes -> world
-  Vec3 p = Vec3::Zero();       // kg m/s, linear momentum, world axes
-  Vec3 L = Vec3::Zero();       // kg m^2/s, angular momentum about the centre of mass, world axes
+  Vec3 x = Vec3::Zero();      // m, centre of mass, world
+  Quat q = Quat::Identity();  // body axes -> world
+  Vec3 p = Vec3::Zero();      // kg m/s, linear momentum, world axes
+  Vec3 L = Vec3::Zero();      // kg m^2/s, angular momentum about the centre of mass, world axes
 };
 
-// What turns momenta into velocities. Zero inverses: the motion is locked (S1: a particle does not spin).
+// What turns momenta into velocities. Zero inverses: the motion is locked (S1: a particle does not
+// spin).
 struct Inertia {
-  double mass = 0.0;                      // kg
-  double inv_mass = 0.0;                  // 1/kg
-  Mat3 body = Mat3::Zero();               // J_b, kg m^2, body axes, about the centre of mass
-  Mat3 inv_body = Mat3::Zero();           // J_b^-1
-  bool isotropic = true;                  // J_b is a multiple of the identity (or locked)
+  double mass = 0.0;             // kg
+  double inv_mass = 0.0;         // 1/kg
+  Mat3 body = Mat3::Zero();      // J_b, kg m^2, body axes, about the centre of mass
+  Mat3 inv_body = Mat3::Zero();  // J_b^-1
+  bool isotropic = true;         // J_b is a multiple of the identity (or locked)
 };
 
 struct Wrench {
@@ -36,6 +37,9 @@ struct StateDerivative {
 
 // v = p / m (S2).
 inline Vec3 linear_velocity(const RigidState& s, const Inertia& i) { return i.inv_mass * s.p; }
+
+// Inverse of a symmetric positive definite inertia; exact reciprocals when it is diagonal.
+Mat3 inverse_of_inertia(const Mat3& inertia);
 
 // J^-1 = R J_b^-1 R^T in world axes (S4).
 Mat3 world_inverse_inertia(const Quat& q, const Inertia& i);

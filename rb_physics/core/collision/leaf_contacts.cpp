@@ -59,6 +59,11 @@ Table make_table() {
   set.operator()<Sphere, HalfSpace, contacts_ball_half_space>();
   set.operator()<Box, Box, contacts_box_box>();
   set.operator()<Box, HalfSpace, contacts_box_half_space>();
+  set.operator()<Particle, ConvexHull, contacts_ball_hull>();
+  set.operator()<Sphere, ConvexHull, contacts_ball_hull>();
+  set.operator()<Box, ConvexHull, contacts_box_hull>();
+  set.operator()<ConvexHull, ConvexHull, contacts_hull_hull>();
+  set.operator()<ConvexHull, HalfSpace, contacts_hull_half_space>();
   return table;
 }
 

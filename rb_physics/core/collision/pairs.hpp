@@ -24,4 +24,13 @@ void contacts_box_half_space(const Box& a, const Placement& at_a, const HalfSpac
 void contacts_box_box(const Box& a, const Placement& at_a, const Box& b, const Placement& at_b,
                       double margin, Manifold& out);
 
+void contacts_ball_hull(const Ball& a, const Placement& at_a, const ConvexHull& b,
+                        const Placement& at_b, double margin, Manifold& out);
+void contacts_box_hull(const Box& a, const Placement& at_a, const ConvexHull& b,
+                       const Placement& at_b, double margin, Manifold& out);
+void contacts_hull_hull(const ConvexHull& a, const Placement& at_a, const ConvexHull& b,
+                        const Placement& at_b, double margin, Manifold& out);
+void contacts_hull_half_space(const ConvexHull& a, const Placement& at_a, const HalfSpace& b,
+                              const Placement& at_b, double margin, Manifold& out);
+
 }  // namespace rb

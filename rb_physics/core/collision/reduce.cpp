@@ -1,6 +1,10 @@
 #include "collision/reduce.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
+
+#include "math/tolerances.hpp"
 
 namespace rb {
 
@@ -32,7 +36,7 @@ void reduce(std::vector<ManifoldPoint>& points, const Vec3& normal, Manifold& ou
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (i == deepest) continue;
       const double area = ear_area(points, i, normal);
-      if (area < least_area) {
+      if (area < least_area * (1.0 - tolerance::coincident)) {
         least_area = area;
         least = i;
       }
@@ -40,6 +44,39 @@ void reduce(std::vector<ManifoldPoint>& points, const Vec3& normal, Manifold& ou
     points.erase(points.begin() + static_cast<std::ptrdiff_t>(least));
   }
   for (const ManifoldPoint& point : points) out.add(point);
+}
+
+// Andrew's monotone chain in the plane across `normal`.
+void reduce_cloud(std::vector<ManifoldPoint>& points, const Vec3& normal, Manifold& out) {
+  if (points.size() > Manifold::capacity) {
+    const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
+    const auto x = [&](const ManifoldPoint& p) { return u.dot(p.point_b); };
+    const auto y = [&](const ManifoldPoint& p) { return v.dot(p.point_b); };
+    std::stable_sort(points.begin(), points.end(), [&](const auto& p, const auto& q) {
+      return x(p) != x(q) ? x(p) < x(q) : y(p) < y(q);
+    });
+    const ManifoldPoint deepest = points[deepest_of(points)];
+    std::vector<ManifoldPoint> chain;
+    const auto turn = [&](const ManifoldPoint& a, const ManifoldPoint& b, const ManifoldPoint& c) {
+      return (x(b) - x(a)) * (y(c) - y(a)) - (y(b) - y(a)) * (x(c) - x(a));
+    };
+    const auto extend = [&](const ManifoldPoint& p, std::size_t floor) {
+      while (chain.size() >= floor + 2 && turn(chain[chain.size() - 2], chain.back(), p) <= 0.0) {
+        chain.pop_back();
+      }
+      chain.push_back(p);
+    };
+    for (const ManifoldPoint& p : points) extend(p, 0);
+    const std::size_t floor = chain.size() - 1;
+    for (std::size_t i = points.size() - 1; i-- > 0;) extend(points[i], floor);
+    chain.pop_back();
+    points = chain;
+    const auto same = [&](const ManifoldPoint& p) {
+      return p.feature_a == deepest.feature_a && p.feature_b == deepest.feature_b;
+    };
+    if (std::none_of(points.begin(), points.end(), same)) points.push_back(deepest);
+  }
+  reduce(points, normal, out);
 }
 
 }  // namespace rb

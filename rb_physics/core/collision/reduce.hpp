@@ -11,4 +11,7 @@ namespace rb {
 // eight are thinned: the deepest stays, then those that enclose the largest area.
 void reduce(std::vector<ManifoldPoint>& points, const Vec3& normal, Manifold& out);
 
+// The same for points in no order.
+void reduce_cloud(std::vector<ManifoldPoint>& points, const Vec3& normal, Manifold& out);
+
 }  // namespace rb

@@ -1,5 +1,5 @@
-// Sine, cosine and arctangent from + - * / and sqrt only. glibc picks FMA variants by CPU, so the same
-// binary would give other bits on another machine; these give the same bits everywhere.
+// Sine, cosine and arctangent from + - * / and sqrt only. glibc picks FMA variants by CPU, so the
+// same binary would give other bits on another machine; these give the same bits everywhere.
 #pragma once
 
 namespace rb {

@@ -71,7 +71,8 @@ Quat normalized(const Quat& q) {
 }
 
 Mat3 contact_frame(const Vec3& n) {
-  // Duff et al. 2017, "Building an orthonormal basis, revisited": no branch on a near-tie but the sign of n_z.
+  // Duff et al. 2017, "Building an orthonormal basis, revisited": no branch on a near-tie but the
+  // sign of n_z.
   const double sign = n.z() < 0.0 ? -1.0 : 1.0;
   const double a = -1.0 / (sign + n.z());
   const double b = n.x() * n.y() * a;

@@ -22,15 +22,16 @@ Mat3 gram_schmidt(const Mat3& r);
 Mat3 rotation_matrix(const Quat& q);
 Quat quaternion_from_matrix(const Mat3& r);
 
-// Rotation by |v| rad about v, exact for any length: exp(v/2) as a quaternion, and its inverse (|v| <= pi).
+// Rotation by |v| rad about v, exact for any length: exp(v/2) as a quaternion, and its inverse (|v|
+// <= pi).
 Quat quaternion_from_rotation_vector(const Vec3& v);
 Vec3 rotation_vector(const Quat& q);
 
 // q / |q| with one division; |q| must not be zero.
 Quat normalized(const Quat& q);
 
-// Two unit tangents t1, t2 with (n, t1, t2) right-handed. A fixed function of n alone, so that a contact
-// keeps its frame while its normal does. Rows of the result: n, t1, t2.
+// Two unit tangents t1, t2 with (n, t1, t2) right-handed. A fixed function of n alone, so that a
+// contact keeps its frame while its normal does. Rows of the result: n, t1, t2.
 Mat3 contact_frame(const Vec3& normal);
 
 }  // namespace rb

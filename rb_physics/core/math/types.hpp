@@ -17,8 +17,8 @@ using Quat = Eigen::Quaterniond;
 
 // A rigid transform: x_parent = orientation * x_local + position.
 struct Pose {
-  Vec3 position = Vec3::Zero();           // m
-  Quat orientation = Quat::Identity();    // unit
+  Vec3 position = Vec3::Zero();         // m
+  Quat orientation = Quat::Identity();  // unit
 
   Vec3 apply(const Vec3& local) const { return orientation * local + position; }
   Vec3 apply_inverse(const Vec3& parent) const {

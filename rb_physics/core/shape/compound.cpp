@@ -18,7 +18,7 @@ void flatten(const CompoundPart& part, const Pose& parent, std::vector<CompoundP
   if (std::holds_alternative<HalfSpace>(part.shape) ||
       std::holds_alternative<TriangleMesh>(part.shape) ||
       std::holds_alternative<HeightField>(part.shape)) {
-    throw std::invalid_argument(std::string("compound: a part is a ") + shape_name(part.shape) +
+    throw std::invalid_argument(std::string("a part is a ") + shape_name(part.shape) +
                                 "; allowed are particle, sphere, box, capsule, cylinder, "
                                 "convex_hull and compound; make it a static body of its own");
   }
@@ -31,11 +31,11 @@ Compound make_compound(const std::vector<CompoundPart>& parts) {
   auto data = std::make_shared<CompoundData>();
   for (const CompoundPart& part : parts) flatten(part, Pose{}, data->parts);
   if (data->parts.empty()) {
-    throw std::invalid_argument("compound: parts is empty; at least one part is needed");
+    throw std::invalid_argument("at least one part is needed");
   }
   if (data->parts.size() > max_parts) {
-    throw std::invalid_argument("compound: " + std::to_string(data->parts.size()) +
-                                " parts; at most " + std::to_string(max_parts) + " are allowed");
+    throw std::invalid_argument(std::to_string(data->parts.size()) + " parts; at most " +
+                                std::to_string(max_parts) + " are allowed");
   }
   return Compound{std::move(data)};
 }

@@ -7,6 +7,7 @@
 
 #include "math/mass_properties.hpp"
 #include "math/types.hpp"
+#include "shape/shape.hpp"
 
 namespace rb {
 
@@ -32,9 +33,19 @@ struct HullData {
   std::vector<HullEdge> edges;
   std::vector<int> neighbor_first;  // size vertices + 1, index into neighbors
   std::vector<int> neighbors;       // vertices joined to a vertex by an edge, ascending
+  std::vector<int> face_first;      // size vertices + 1, index into faces_at
+  std::vector<int> faces_at;        // faces around a vertex, ascending
   MassProperties mass;              // density 1 kg/m^3
   Vec3 center = Vec3::Zero();       // m, an inner point: the centre of mass
-  double size = 0;                  // m, half the diagonal of the bounding box
+  double size = 0;                  // m, half the largest side of the bounding box
+  double radius = 0;                // m, farthest vertex from the origin
 };
+
+// The convex hull of points (m, body coordinates; inner points and duplicates are dropped). Throws
+// std::invalid_argument for points that span no volume, saying what is wrong with them.
+ConvexHull make_hull(const std::vector<Vec3>& points);
+
+// Derives everything else from the vertices and the corners of each face.
+void finish_hull(const std::vector<std::vector<int>>& loops, HullData& hull);
 
 }  // namespace rb

@@ -1,0 +1,67 @@
+"""Rigid bodies in contact: wrenches you can trust, runs you can repeat.
+
+    import rb_physics as rb
+
+    world = rb.World(dt=1e-3)
+    world.add_body(rb.HalfSpace(normal=(0, 0, 1), offset=0.0), type="static", name="ground")
+    box = world.add_body(rb.Box(half_extents=(0.1, 0.1, 0.1)), mass=1.0, position=(0, 0, 1))
+    world.step(1000)
+    print(box.position, box.contact_wrench)
+
+SI units, right-handed, z up; quaternions are x, y, z, w. The normal of a contact points from body
+B to body A. Needs numpy only; scene files, recording and Rerun load their libraries on use.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from . import _core
+from ._core import (
+    Box,
+    Capsule,
+    Compound,
+    Cylinder,
+    HalfSpace,
+    Particle,
+    Sphere,
+    Stats,
+    math,
+)
+from .body import Body
+from .contact import ContactKind, ContactState
+from .errors import DivergedError, SceneError
+from .settings import Settings
+from .world import World
+
+__all__ = [
+    "Body",
+    "Box",
+    "Capsule",
+    "Compound",
+    "ContactKind",
+    "ContactState",
+    "Cylinder",
+    "DivergedError",
+    "HalfSpace",
+    "Particle",
+    "Scene",
+    "SceneError",
+    "Settings",
+    "Sphere",
+    "Stats",
+    "World",
+    "load_scene",
+    "math",
+]
+
+__version__ = "0.1.0"
+
+
+def __getattr__(name: str) -> Any:
+    # Scene files need PyYAML and a schema validator: loaded on first use.
+    if name in ("Scene", "load_scene"):
+        from . import scene
+
+        return getattr(scene, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,61 @@
+#include <cmath>
+#include <limits>
+
+#include "collision/gjk.hpp"
+#include "collision/pairs.hpp"
+#include "collision/polytope.hpp"
+#include "math/tolerances.hpp"
+
+namespace rb {
+
+void contacts_ball_hull(const Ball& a, const Placement& at_a, const ConvexHull& b,
+                        const Placement& at_b, double margin, Manifold& out) {
+  const HullData& hull = *b.data;
+  const Vec3 center = at_b.apply_inverse(at_a.position);
+  // The face plane the centre is highest above; the lowest index decides a tie.
+  int face = 0;
+  double height = -std::numeric_limits<double>::infinity();
+  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
+    const double h = hull.faces[f].normal.dot(center) - hull.faces[f].offset;
+    if (h - a.radius > margin) return;
+    if (h > height + tolerance::axis_preference * hull.size) {
+      height = h;
+      face = static_cast<int>(f);
+    }
+  }
+  Vec3 normal = hull.faces[face].normal;
+  Vec3 on_hull = center - height * normal;
+  ManifoldPoint p;
+  p.feature_b = make_feature(FeatureType::FACE, face);
+  if (height > tolerance::closest_direction * hull.size) {
+    // Outside: nearest may be an edge or a vertex instead.
+    static thread_local Polytope polytope;
+    polytope.place(b, Placement{});
+    const auto point = [&](const Vec3&) { return SupportPoint{center, 0}; };
+    const GjkResult nearest =
+        gjk(point, polytope, Vec3(center - hull.center), margin + a.radius, 1e-14 * hull.size);
+    if (nearest.status == GjkStatus::BEYOND) return;
+    if (nearest.distance > height + tolerance::coincident * hull.size) {
+      height = nearest.distance;
+      normal = nearest.toward_a / height;
+      on_hull = nearest.simplex.nearest_on_b();
+      int vertices[4];
+      for (int i = 0; i < nearest.simplex.size; ++i) {
+        vertices[i] = nearest.simplex.vertex[i].index_b;
+      }
+      p.feature_b = polytope.feature_of(vertices, nearest.simplex.size);
+    }
+  }
+  if (!(height - a.radius <= margin)) return;
+  const bool on_face = feature_type(p.feature_b) == FeatureType::FACE;
+  p.normal = at_b.rotation * normal;
+  p.point_a = at_a.position - a.radius * p.normal;
+  p.point_b = at_b.apply(on_hull);
+  p.separation = height - a.radius;
+  p.feature_a = make_feature(a.is_particle ? FeatureType::VERTEX : FeatureType::SMOOTH, 0);
+  p.kind = a.is_particle && on_face ? ContactKind::VERTEX_FACE : ContactKind::SMOOTH;
+  p.normal_owner = on_face ? NormalOwner::B : NormalOwner::CENTERS;
+  out.add(p);
+}
+
+}  // namespace rb

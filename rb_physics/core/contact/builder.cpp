@@ -1,0 +1,50 @@
+#include "contact/builder.hpp"
+
+#include "math/rotation.hpp"
+
+namespace rb {
+
+void build_bodies(const std::vector<Body>& bodies, const BodyIndex& index, ContactProblem& out) {
+  const std::size_t n = index.rows.size();
+  out.inv_mass.resize(n);
+  out.inv_inertia.resize(n);
+  out.velocity.resize(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Body& body = bodies[index.rows[k]];
+    out.inv_mass[k] = body.inertia.inv_mass;
+    out.inv_inertia[k] = world_inverse_inertia(body.state.q, body.inertia);
+    out.velocity[k] << linear_velocity(body.state, body.inertia),
+        angular_velocity(body.state, body.inertia);
+  }
+  out.contacts.clear();
+}
+
+void build_contact(const std::vector<Body>& bodies, const BodyIndex& index, const Contact& contact,
+                   ContactProblem& out) {
+  const Body& a = bodies[contact.body_a];
+  const Body& b = bodies[contact.body_b];
+  const Vec3 point = 0.5 * (contact.point.point_a + contact.point.point_b);
+  ContactConstraint c;
+  c.a = (*index.index_of)[contact.body_a];
+  c.b = b.is_dynamic() ? (*index.index_of)[contact.body_b] : -1;
+  c.r_a = point - a.state.x;
+  c.r_b = point - b.state.x;
+  c.frame = contact_frame(contact.point.normal);
+  if (b.type == BodyType::KINEMATIC) {
+    c.bias = -(c.frame * (b.velocity + b.spin.cross(c.r_b)));
+    c.angular_bias = -(c.frame * b.spin);
+  }
+  c.friction = contact.material.friction;
+  c.static_friction = contact.material.static_friction;
+  c.rolling_friction = contact.material.rolling_friction;
+  c.spinning_friction = contact.material.spinning_friction;
+  c.restitution = contact.material.restitution;
+  out.contacts.push_back(c);
+}
+
+Vec3 relative_velocity(const Body& a, const Body& b, const Vec3& point) {
+  return a.linear_velocity() + a.angular_velocity().cross(point - a.state.x) - b.linear_velocity() -
+         b.angular_velocity().cross(point - b.state.x);
+}
+
+}  // namespace rb

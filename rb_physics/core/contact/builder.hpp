@@ -1,0 +1,32 @@
+// The one place that turns bodies and contacts into numbers: fills a ContactProblem for an island.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "body/body.hpp"
+#include "contact/contact.hpp"
+#include "contact/problem.hpp"
+
+namespace rb {
+
+// Bodies of an island as the problem sees them: rows[k] is body k of the problem; index_of[row] = k
+// or -1.
+struct BodyIndex {
+  std::span<const std::int32_t> rows;
+  const std::vector<std::int32_t>* index_of = nullptr;
+};
+
+// Masses, world inverse inertias and velocities.
+void build_bodies(const std::vector<Body>& bodies, const BodyIndex& index, ContactProblem& out);
+
+// Appends one contact: frame, arms, friction, and the bias that carries the velocity of an
+// immovable B.
+void build_contact(const std::vector<Body>& bodies, const BodyIndex& index, const Contact& contact,
+                   ContactProblem& out);
+
+// Relative velocity of A against B at the contact point, world axes, m/s (S9: V from v + omega x r
+// of both).
+Vec3 relative_velocity(const Body& a, const Body& b, const Vec3& point);
+
+}  // namespace rb

@@ -1,0 +1,248 @@
+#include "world/advance.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "body/free_motion.hpp"
+#include "body/rk4.hpp"
+#include "contact/builder.hpp"
+#include "solver/contact_operators.hpp"
+#include "solver/impact_law.hpp"
+#include "world/detect.hpp"
+#include "world/kinematic.hpp"
+
+namespace rb {
+
+IslandAdvance::IslandAdvance(World& world, std::span<const std::int32_t> rows)
+    : world_(world), rows_(rows) {
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    world.work.index_of[rows[k]] = static_cast<std::int32_t>(k);
+  total_.resize(rows.size());
+}
+
+void IslandAdvance::run(double h) {
+  // Contact times are worth their price while the island is small; a heap closes its gaps within
+  // one solve.
+  const bool by_events =
+      contacts.size() <= static_cast<std::size_t>(world_.settings.max_event_contacts);
+  int events = 0;
+  double left = h;
+  for (const ColliderPair& pair : pairs) {
+    const std::int32_t row = world_.colliders[pair.b].body;
+    if (world_.bodies[row].type != BodyType::KINEMATIC) continue;
+    if (std::find(partners_.begin(), partners_.end(), row) != partners_.end()) continue;
+    partners_.push_back(row);
+    partner_start_.push_back(world_.bodies[row].state);
+  }
+  while (true) {
+    strike();
+    const bool last = !by_events || events >= world_.settings.max_events;
+    if (by_events && last) ++stats.capped;
+    carry(left, last);
+    mark();
+    if (last) {
+      book(left);
+      move(left);
+      break;
+    }
+    const double stick = next_stick_time(left);
+    if (stick < left) carry(stick, false);
+    const double reached = std::fmin(stick, left);
+    const double contact = next_contact_time(reached);
+    if (contact < reached) carry(contact, false);
+    const double tau = std::fmin(contact, reached);
+    book(tau);
+    move(tau);
+    left -= tau;
+    elapsed_ += tau;
+    if (!(left > 1e-14 * h)) break;
+    move_partners(elapsed_);
+    ++events;
+    ++stats.events;
+    find_again();
+  }
+  move_partners(0.0);
+}
+
+void IslandAdvance::move_partners(double t) {
+  for (std::size_t k = 0; k < partners_.size(); ++k) {
+    Body& body = world_.bodies[partners_[k]];
+    body.state = partner_start_[k];
+    const Pose pose = kinematic_pose(body, t);
+    if (t > 0.0) body.set_pose(pose);
+  }
+}
+
+// m/s: an approach (or a rebound) slower than this is rest: the next bounce would fit into a step,
+// or the speed is what curvature and rotation bring about between two looks at a contact that stays
+// closed.
+double IslandAdvance::rest_speed(const Contact& c) const {
+  const Body& a = world_.bodies[c.body_a];
+  const Body& b = world_.bodies[c.body_b];
+  if (world_.settings.restitution_threshold) return *world_.settings.restitution_threshold;
+  const Vec3 r_a = c.point.point_a - a.state.x;
+  const Vec3 r_b = c.point.point_b - b.state.x;
+  const auto pull = [this](const Body& body, std::int32_t row, const Vec3& r) {
+    const double turn = body.angular_velocity().squaredNorm() * r.norm();
+    if (!body.is_dynamic()) return turn;
+    const Wrench& w = world_.applied[row];
+    const Vec3 alpha = world_inverse_inertia(body.state.q, body.inertia) * w.torque;
+    return turn + alpha.cross(r).norm() + (body.inertia.inv_mass * w.force).norm();
+  };
+  return world_.settings.dt * (pull(a, c.body_a, r_a) + pull(b, c.body_b, r_b));
+}
+
+void IslandAdvance::add_impulse(Contact& c, const Vec3& impulse, const Vec3& moment) {
+  const Vec3 point = 0.5 * (c.point.point_a + c.point.point_b);
+  c.impulse += impulse;
+  c.moment_a += (point - world_.bodies[c.body_a].state.x).cross(impulse) + moment;
+  c.moment_b -= (point - world_.bodies[c.body_b].state.x).cross(impulse) + moment;
+}
+
+void IslandAdvance::strike() {
+  StepWorkspace& work = world_.work;
+  bool struck = false;
+  active_.clear();
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (contacts[i].touching()) active_.push_back(static_cast<std::int32_t>(i));
+  }
+  if (active_.empty()) return;
+  const BodyIndex index{rows_, &work.index_of};
+  build_bodies(world_.bodies, index, work.problem);
+  for (const std::int32_t i : active_) {
+    const Contact& c = contacts[i];
+    build_contact(world_.bodies, index, c, work.problem);
+    ContactConstraint& k = work.problem.contacts.back();
+    const double approach = -relative_velocity(k, work.problem.velocity).x();
+    const double rest = rest_speed(c) + tolerance::resting_speed;
+    if (approach > rest) struck = true;
+    if (k.restitution * approach <= rest) k.restitution = 0.0;  // the Zeno rule
+  }
+  if (!struck) return;
+  const ImpactReport report =
+      apply_impact(work.problem, world_.settings.impact_law, work.solution, work.solver);
+  ++stats.impacts;
+  stats.residual = std::fmax(stats.residual, report.residual);
+  stats.iterations += report.iterations;
+  stats.energy_error = std::fmax(stats.energy_error, report.energy_gain);
+  for (std::size_t n = 0; n < active_.size(); ++n) {
+    Contact& c = contacts[active_[n]];
+    const ContactConstraint& k = work.problem.contacts[n];
+    const Vec3 impulse = k.frame.transpose() * work.solution.impulse[n];
+    Vec3 moment = Vec3::Zero();
+    if (!work.solution.moment.empty()) moment = k.frame.transpose() * work.solution.moment[n];
+    add_impulse(c, impulse, moment);
+    Body& a = world_.bodies[c.body_a];
+    a.state.p += impulse;
+    a.state.L += k.r_a.cross(impulse) + moment;
+    Body& b = world_.bodies[c.body_b];
+    if (b.is_dynamic()) {
+      b.state.p -= impulse;
+      b.state.L -= k.r_b.cross(impulse) + moment;
+    }
+  }
+}
+
+void IslandAdvance::carry(double tau, bool far_too) {
+  StepWorkspace& work = world_.work;
+  for (std::size_t k = 0; k < rows_.size(); ++k) total_[k] = world_.applied[rows_[k]];
+  active_.clear();
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (far_too || contacts[i].touching()) active_.push_back(static_cast<std::int32_t>(i));
+  }
+  if (active_.empty()) return;
+  const BodyIndex index{rows_, &work.index_of};
+  ContactProblem& problem = work.problem;
+  ContactSolution& solution = work.solution;
+  build_bodies(world_.bodies, index, problem);
+  for (const std::int32_t i : active_) build_contact(world_.bodies, index, contacts[i], problem);
+  slip_before_.clear();
+  for (ContactConstraint& c : problem.contacts) {
+    const Vec3 u = relative_velocity(c, problem.velocity);
+    slip_before_.push_back(u);
+    // A contact that slides already has no static friction to overcome.
+    if (u.tail<2>().norm() > stick_speed()) c.static_friction = 0.0;
+  }
+  // The velocities the problem constrains are those at the end of the interval, free of contact
+  // forces.
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const Body& body = world_.bodies[rows_[k]];
+    const RigidState end = move_free(body.state, body.inertia, total_[k], tau);
+    problem.velocity[k] << linear_velocity(end, body.inertia), angular_velocity(end, body.inertia);
+  }
+  solution.impulse.resize(active_.size());
+  solution.moment.clear();
+  bool moments = false;
+  for (std::size_t n = 0; n < active_.size(); ++n) {
+    const Contact& c = contacts[active_[n]];
+    solution.impulse[n] = tau * c.warm_force;
+    if (!c.touching()) problem.contacts[n].bias.x() += c.point.separation / tau;
+    moments |= c.material.rolling_friction > 0.0 || c.material.spinning_friction > 0.0;
+  }
+  if (moments) {
+    for (const std::int32_t i : active_) solution.moment.push_back(tau * contacts[i].warm_moment);
+  }
+  solution.certificate.resize(rows_.size());
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    solution.certificate[k] = tau * world_.bodies[rows_[k]].certificate;
+  SolverSettings settings;
+  settings.tolerance = world_.settings.tolerance;
+  settings.max_work = world_.settings.max_work;
+  const SolveReport report = solve_contacts(problem, settings, solution, work.solver);
+  stats.residual = std::fmax(stats.residual, report.residual);
+  stats.iterations += report.sweeps + report.newton_steps;
+  if (report.work_exhausted) ++stats.capped;
+  for (std::size_t n = 0; n < active_.size(); ++n) {
+    const ContactConstraint& c = problem.contacts[n];
+    const Vec3 force = c.frame.transpose() * (solution.impulse[n] / tau);
+    Vec3 moment = Vec3::Zero();
+    if (!solution.moment.empty()) moment = c.frame.transpose() * (solution.moment[n] / tau);
+    total_[c.a].force += force;
+    total_[c.a].torque += c.r_a.cross(force) + moment;
+    if (c.b < 0) continue;
+    total_[c.b].force -= force;
+    total_[c.b].torque -= c.r_b.cross(force) + moment;
+  }
+}
+
+void IslandAdvance::book(double tau) {
+  const StepWorkspace& work = world_.work;
+  for (std::size_t n = 0; n < active_.size(); ++n) {
+    Contact& c = contacts[active_[n]];
+    const ContactConstraint& k = work.problem.contacts[n];
+    c.warm_force = work.solution.impulse[n] / tau;
+    c.warm_moment =
+        work.solution.moment.empty() ? Vec3::Zero() : Vec3(work.solution.moment[n] / tau);
+    add_impulse(c, k.frame.transpose() * work.solution.impulse[n],
+                work.solution.moment.empty() ? Vec3::Zero()
+                                             : Vec3(k.frame.transpose() * work.solution.moment[n]));
+  }
+  if (active_.empty()) return;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    world_.bodies[rows_[k]].certificate = work.solution.certificate[k] / tau;
+  }
+}
+
+void IslandAdvance::mark() {
+  start_.clear();
+  for (const std::int32_t row : rows_) start_.push_back(world_.bodies[row].state);
+}
+
+void IslandAdvance::move(double tau) {
+  const bool rk4 = world_.settings.free_motion == FreeMotion::RK4;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    Body& body = world_.bodies[rows_[k]];
+    body.state = rk4 ? rk4_step(start_[k], body.inertia, total_[k], tau)
+                     : move_free(start_[k], body.inertia, total_[k], tau);
+  }
+}
+
+void IslandAdvance::find_again() {
+  scratch_.clear();
+  for (const ColliderPair& pair : pairs)
+    append_contacts(world_, pair, pair_margin(world_, pair), points_, scratch_);
+  carry_over(contacts, scratch_, &departed);
+  contacts.swap(scratch_);
+}
+
+}  // namespace rb

@@ -1,0 +1,68 @@
+// One island over one step: fly, meet, strike, rest (S7, S9, S13-S16), as often as the step asks
+// for.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "math/tolerances.hpp"
+#include "world/world.hpp"
+
+namespace rb {
+
+// m/s: a slip slower than this sticks.
+inline double stick_speed() { return tolerance::resting_speed; }
+
+// An island on its way through a step. Bodies are moved in place; contacts live here until the step
+// ends.
+class IslandAdvance {
+ public:
+  IslandAdvance(World& world, std::span<const std::int32_t> rows);
+
+  std::vector<Contact> contacts;    // ordered by pair
+  std::vector<Contact> departed;    // carried an impulse, gone now
+  std::vector<ColliderPair> pairs;  // those that have contacts within reach
+
+  // Moves the island by h seconds.
+  void run(double h);
+
+  Stats stats;
+
+ private:
+  // Impacts at the present instant: touching contacts that approach faster than rest explains (S13,
+  // S14).
+  void strike();
+  // Forces over the next tau seconds: resting and sliding contacts (S16 in velocities). Fills
+  // `total_`. far_too: contacts not yet touching count as well, with the gap they may close.
+  void carry(double tau, bool far_too);
+  // Books what `carry` found as impulses of the contacts.
+  void book(double tau);
+  // Moves every body under `total_`, from the states saved by `mark`.
+  void move(double tau);
+  void mark();
+  // Earliest time in (0, tau) at which a contact that does not touch yet closes, else tau.
+  double next_contact_time(double tau);
+  // Earliest time in (0, tau) at which a sliding contact comes to stick, else tau.
+  double next_stick_time(double tau);
+  void find_again();
+  void move_partners(double t);
+
+  double approach_of_pair(const ColliderPair& pair, double t);
+  double rest_speed(const Contact& c) const;
+  void add_impulse(Contact& c, const Vec3& impulse, const Vec3& moment);
+
+  World& world_;
+  std::span<const std::int32_t> rows_;
+  std::vector<RigidState> start_;       // saved states, per body of the island
+  std::vector<std::int32_t> partners_;  // kinematic bodies the island may meet
+  std::vector<RigidState> partner_start_;
+  std::vector<std::int32_t> scratch_slides_;
+  std::vector<Wrench> total_;         // external + contact, per body of the island
+  std::vector<std::int32_t> active_;  // contact of each constraint in the problem
+  std::vector<Vec3> slip_before_;     // u at the start of carry, contact frame, per constraint
+  std::vector<Contact> scratch_;
+  ContactPoints points_;
+  double elapsed_ = 0.0;  // s since the step began
+};
+
+}  // namespace rb

@@ -1,0 +1,80 @@
+// Position correction: pushes overlapping bodies apart by the smallest displacement (in the metric
+// of their masses) that separates them. It moves positions only; momenta turn with the body, so
+// that the kinetic energy stays what it was, to rounding.
+#include "world/correct.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/builder.hpp"
+#include "world/detect.hpp"
+
+namespace rb {
+namespace {
+
+constexpr double slack = 0.1;  // of the touch distance: rounding is left alone
+constexpr int passes = 4;      // the gaps are linearised: curved ones take another look
+
+bool overlaps(const Contact& c) { return !c.ghost && c.point.separation < -slack * c.touch; }
+
+// Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0.
+void separate(World& world, const Island& island, std::span<const std::int32_t> contacts) {
+  StepWorkspace& work = world.work;
+  const auto rows = world.islands.bodies(island);
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    work.index_of[rows[k]] = static_cast<std::int32_t>(k);
+  const BodyIndex index{rows, &work.index_of};
+  ContactProblem& problem = work.problem;
+  build_bodies(world.bodies, index, problem);
+  for (Vec6& v : problem.velocity) v.setZero();
+  for (const std::int32_t i : contacts) {
+    const Contact& contact = world.contacts[i];
+    if (contact.ghost) continue;
+    build_contact(world.bodies, index, contact, problem);
+    ContactConstraint& c = problem.contacts.back();
+    c.friction = c.static_friction = c.rolling_friction = c.spinning_friction = 0.0;
+    c.bias = Vec3(contact.point.separation, 0.0, 0.0);  // m, in place of m/s
+    c.angular_bias.setZero();
+  }
+  work.solution.impulse.assign(problem.contacts.size(), Vec3::Zero());
+  work.solution.moment.clear();
+  work.solution.certificate.clear();
+  SolverSettings settings;
+  settings.tolerance = 1e-9;  // of the overlap: what is left is corrected by the next pass
+  settings.max_work = world.settings.max_work;
+  solve_contacts(problem, settings, work.solution, work.solver);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    Body& body = world.bodies[rows[k]];
+    const Vec6& d = work.solution.velocity[k];
+    body.state.x += d.head<3>();
+    if (d.tail<3>().isZero(0.0)) continue;
+    const Quat turn = quaternion_from_rotation_vector(d.tail<3>());
+    body.state.q = normalized(turn * body.state.q);
+    body.state.L = turn * body.state.L;
+  }
+}
+
+}  // namespace
+
+void correct_positions(World& world) {
+  for (int pass = 0; pass < passes; ++pass) {
+    if (std::none_of(world.contacts.begin(), world.contacts.end(), overlaps)) return;
+    std::vector<std::uint8_t>& movable = world.work.movable;
+    auto& edges = world.work.edges;
+    movable.clear();
+    for (const Body& body : world.bodies) movable.push_back(body.is_dynamic());
+    edges.clear();
+    for (const Contact& c : world.contacts) edges.emplace_back(c.body_a, c.body_b);
+    world.islands.build(movable, edges);
+    for (const Island& island : world.islands.all()) {
+      const auto contacts = world.islands.edges(island);
+      const bool needed = std::any_of(contacts.begin(), contacts.end(),
+                                      [&](std::int32_t i) { return overlaps(world.contacts[i]); });
+      if (needed) separate(world, island, contacts);
+    }
+    ++world.stats.corrections;
+    detect_contacts(world);
+  }
+}
+
+}  // namespace rb

@@ -1,0 +1,193 @@
+// Find-intersection for the whole world (S7, S8): broad phase, narrow phase, and the match of each
+// point with its predecessor by feature id, which carries the force on from step to step.
+#include "world/detect.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/queries.hpp"
+#include "contact/builder.hpp"
+
+namespace rb {
+namespace {
+
+// m a body's surface may move in one step on top of its linear velocity: acceleration and rotation.
+double travel_of(const World& world, std::int32_t row, double slack) {
+  const Body& body = world.bodies[row];
+  const double h = world.settings.dt;
+  double linear = 0.0;
+  double angular = body.angular_velocity().norm();
+  if (body.is_dynamic()) {
+    const Wrench& w = world.applied[row];
+    linear = slack * h * h * body.inertia.inv_mass * w.force.norm();
+    angular += slack * h * body.inertia.inv_body.trace() * w.torque.norm();
+    // Free rotation can turn angular momentum to a smaller moment of inertia.
+    if (!body.inertia.isotropic)
+      angular = std::fmax(angular, body.inertia.inv_body.trace() * body.state.L.norm());
+  }
+  return linear + h * angular * world.reach[row];
+}
+
+void move_proxies(World& world) {
+  const double h = world.settings.dt;
+  for (std::size_t k = 0; k < world.colliders.size(); ++k) {
+    const Collider& c = world.colliders[k];
+    const Body& body = world.bodies[c.body];
+    if (body.type == BodyType::STATIC && !world.geometry_dirty) continue;
+    const Pose pose = body.pose() * c.local;
+    if (const auto* plane = std::get_if<HalfSpace>(&c.shape)) {
+      const Vec3 n = pose.rotate(plane->normal);
+      world.broad_phase.move_half_space(static_cast<int>(k), n,
+                                        plane->offset + n.dot(pose.position));
+      continue;
+    }
+    Aabb box = bounding_box(c.shape, pose);
+    const double room =
+        world.travel[c.body] + world.settings.contact_margin + 2.0 * touch_distance(c.size);
+    box.lower.array() -= room;
+    box.upper.array() += room;
+    world.broad_phase.move(static_cast<int>(k), box, h * body.linear_velocity());
+  }
+}
+
+// A dynamic body comes first; of two dynamic ones the higher row (design: body_b is the immovable
+// one).
+bool order_pair(const World& world, std::int32_t& a, std::int32_t& b) {
+  const std::int32_t row_a = world.colliders[a].body;
+  const std::int32_t row_b = world.colliders[b].body;
+  if (row_a == row_b) return false;
+  const bool dynamic_a = world.bodies[row_a].is_dynamic();
+  const bool dynamic_b = world.bodies[row_b].is_dynamic();
+  if (dynamic_a && dynamic_b ? row_a < row_b : !dynamic_a) std::swap(a, b);
+  return dynamic_a || dynamic_b;
+}
+
+}  // namespace
+
+double pair_margin(const World& world, const ColliderPair& pair) {
+  const std::int32_t a = world.colliders[pair.a].body;
+  const std::int32_t b = world.colliders[pair.b].body;
+  const double closing =
+      (world.bodies[a].linear_velocity() - world.bodies[b].linear_velocity()).norm();
+  const double touch =
+      touch_distance(std::fmin(world.colliders[pair.a].size, world.colliders[pair.b].size));
+  return world.settings.dt * closing + world.travel[a] + world.travel[b] +
+         world.settings.contact_margin + 2.0 * touch;
+}
+
+void append_contacts(const World& world, const ColliderPair& pair, double margin,
+                     ContactPoints& scratch, std::vector<Contact>& out) {
+  const Collider& ca = world.colliders[pair.a];
+  const Collider& cb = world.colliders[pair.b];
+  const Body& a = world.bodies[ca.body];
+  const Body& b = world.bodies[cb.body];
+  const Pose pose_a = a.pose();
+  const Pose pose_b = b.pose();
+  scratch.clear();
+  find_contacts(ca.shape, pose_a * ca.local, cb.shape, pose_b * cb.local, margin, scratch);
+  for (const ContactPoint& p : scratch) {
+    Contact c;
+    c.body_a = ca.body;
+    c.body_b = cb.body;
+    c.collider_a = pair.a;
+    c.collider_b = pair.b;
+    c.point = p;
+    c.local_a = pose_a.apply_inverse(p.point_a);
+    c.local_b = pose_b.apply_inverse(p.point_b);
+    c.material = combine(a.material, b.material, world.settings.friction_combine,
+                         world.settings.restitution_combine);
+    c.touch = touch_distance(std::fmin(ca.size, cb.size));
+    out.push_back(c);
+  }
+}
+
+void carry_over(const std::vector<Contact>& old, std::vector<Contact>& fresh,
+                std::vector<Contact>* departed) {
+  // Both lists are ordered by pair; within a pair features are matched by id.
+  const auto key = [](const Contact& c) { return std::pair(c.collider_a, c.collider_b); };
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < old.size()) {
+    while (j < fresh.size() && key(fresh[j]) < key(old[i])) ++j;
+    std::size_t end = j;
+    while (end < fresh.size() && key(fresh[end]) == key(old[i])) ++end;
+    const auto pair_key = key(old[i]);
+    for (; i < old.size() && key(old[i]) == pair_key; ++i) {
+      bool matched = false;
+      for (std::size_t k = j; k < end && !matched; ++k) {
+        Contact& c = fresh[k];
+        if (c.point.feature != old[i].point.feature) continue;
+        // A point that parted and came back within the step stands in the list twice: its impulses
+        // add up.
+        c.impulse += old[i].impulse;
+        c.moment_a += old[i].moment_a;
+        c.moment_b += old[i].moment_b;
+        if (!old[i].ghost) {
+          c.warm_force = old[i].warm_force;
+          c.warm_moment = old[i].warm_moment;
+        }
+        matched = true;
+      }
+      if (!matched && departed && !old[i].impulse.isZero(0.0)) {
+        departed->push_back(old[i]);
+        departed->back().ghost = true;
+      }
+    }
+    j = end;
+  }
+}
+
+void follow_bodies(const World& world, Contact& c) {
+  c.point.point_a = world.bodies[c.body_a].pose().apply(c.local_a);
+  c.point.point_b = world.bodies[c.body_b].pose().apply(c.local_b);
+  c.point.separation = c.point.normal.dot(c.point.point_a - c.point.point_b);
+}
+
+void find_pairs(World& world) {
+  constexpr double slack =
+      1.5;  // room for wrenches that change before the next step: no second search
+  for (std::size_t row = 0; row < world.bodies.size(); ++row) {
+    world.travel[row] = travel_of(world, static_cast<std::int32_t>(row), slack);
+  }
+  move_proxies(world);
+  world.pairs.clear();
+  for (const auto& [i, j] : world.broad_phase.update_pairs()) {
+    ColliderPair pair{i, j};
+    if (order_pair(world, pair.a, pair.b)) world.pairs.push_back(pair);
+  }
+  std::sort(world.pairs.begin(), world.pairs.end(),
+            [](const ColliderPair& x, const ColliderPair& y) {
+              return std::pair(x.a, x.b) < std::pair(y.a, y.b);
+            });
+  world.stats.pairs = static_cast<int>(world.pairs.size());
+}
+
+void detect_contacts(World& world) {
+  find_pairs(world);
+  std::vector<Contact>& fresh = world.scratch_contacts;
+  std::vector<Contact>& departed = world.scratch_departed;
+  fresh.clear();
+  departed.clear();
+  for (const ColliderPair& pair : world.pairs) {
+    append_contacts(world, pair, pair_margin(world, pair), world.scratch_points, fresh);
+  }
+  carry_over(world.contacts, fresh, &departed);
+  if (!departed.empty()) {
+    for (Contact& c : departed) follow_bodies(world, c);
+    fresh.insert(fresh.end(), departed.begin(), departed.end());
+    std::stable_sort(fresh.begin(), fresh.end(), [](const Contact& x, const Contact& y) {
+      return std::pair(x.collider_a, x.collider_b) < std::pair(y.collider_a, y.collider_b);
+    });
+  }
+  world.contacts.swap(fresh);
+  world.geometry_dirty = false;
+}
+
+bool travel_grew(const World& world) {
+  for (std::size_t row = 0; row < world.bodies.size(); ++row) {
+    if (travel_of(world, static_cast<std::int32_t>(row), 1.0) > world.travel[row]) return true;
+  }
+  return false;
+}
+
+}  // namespace rb

@@ -1,0 +1,36 @@
+// Contact detection for the whole world, and the parts of it that a step needs between two contact
+// times.
+#pragma once
+
+#include <vector>
+
+#include "math/tolerances.hpp"
+#include "world/world.hpp"
+
+namespace rb {
+
+// m: separation up to which bodies of this size touch.
+inline double touch_distance(double size) { return tolerance::touch * size; }
+
+// m: how far apart the pair's surfaces may be and still meet within the step.
+double pair_margin(const World& world, const ColliderPair& pair);
+
+// Narrow phase of one pair at the bodies' present poses.
+void append_contacts(const World& world, const ColliderPair& pair, double margin,
+                     ContactPoints& scratch, std::vector<Contact>& out);
+
+// Hands impulses and warm starts of `old` to the points of `fresh` with the same feature id (both
+// ordered by pair). Points that carried an impulse and are gone are appended to `departed`.
+void carry_over(const std::vector<Contact>& old, std::vector<Contact>& fresh,
+                std::vector<Contact>* departed);
+
+// Moves the two points of a contact with their bodies: the geometry of a point that has parted.
+void follow_bodies(const World& world, Contact& contact);
+
+// Broad phase: world.pairs.
+void find_pairs(World& world);
+
+// True when wrenches changed so much that bodies may travel farther than the last detection looked.
+bool travel_grew(const World& world);
+
+}  // namespace rb

@@ -1,0 +1,133 @@
+// The two kinds of instants that split a step: a contact closes (S7's contact time), a slide ends
+// in stick.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "body/free_motion.hpp"
+#include "collision/queries.hpp"
+#include "solver/contact_operators.hpp"
+#include "world/advance.hpp"
+#include "world/detect.hpp"
+#include "world/kinematic.hpp"
+
+namespace rb {
+
+// Smallest separation at time t among the pair's points that do not touch now; +infinity when there
+// is none.
+double IslandAdvance::approach_of_pair(const ColliderPair& pair, double t) {
+  const auto pose_of = [&](std::int32_t row) {
+    const Body& body = world_.bodies[row];
+    if (!body.is_dynamic()) return kinematic_pose(body, t);
+    const std::int32_t k = world_.work.index_of[row];
+    Body moved = {};
+    moved.state = move_free(start_[k], body.inertia, total_[k], t);
+    moved.center_of_mass = body.center_of_mass;
+    return moved.pose();
+  };
+  const Collider& a = world_.colliders[pair.a];
+  const Collider& b = world_.colliders[pair.b];
+  points_.clear();
+  find_contacts(a.shape, pose_of(a.body) * a.local, b.shape, pose_of(b.body) * b.local,
+                pair_margin(world_, pair), points_);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const ContactPoint& p : points_) {
+    const bool touches = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+      return c.collider_a == pair.a && c.collider_b == pair.b && c.point.feature == p.feature &&
+             c.touching();
+    });
+    if (!touches) nearest = std::fmin(nearest, p.separation);
+  }
+  return nearest;
+}
+
+double IslandAdvance::next_contact_time(double tau) {
+  double earliest = tau;
+  for (const ColliderPair& pair : pairs) {
+    const double size = std::fmin(world_.colliders[pair.a].size, world_.colliders[pair.b].size);
+    const double touch = touch_distance(size);
+    double high = earliest;
+    double g_high = approach_of_pair(pair, high);
+    if (!(g_high < -touch)) continue;
+    // Regula falsi with the Illinois rule, bisection where the set of points jumps.
+    double low = 0.0;
+    double g_low = approach_of_pair(pair, low);
+    const double goal = 1e-4 * touch;
+    int side = 0;
+    for (int n = 0; n < 200 && high - low > 4e-16 * earliest && std::fabs(g_high) > goal; ++n) {
+      double t = 0.5 * (low + high);
+      if (n < 100 && std::isfinite(g_low) && g_low > 0.0) {
+        const double s = low + (high - low) * g_low / (g_low - g_high);
+        if (s > low && s < high) t = s;
+      }
+      const double g = approach_of_pair(pair, t);
+      if (g > goal) {
+        low = t;
+        g_low = g;
+        if (side == 1) g_high *= 0.5;
+        side = 1;
+      } else {
+        high = t;
+        g_high = g;
+        if (side == -1 && std::isfinite(g_low)) g_low *= 0.5;
+        side = -1;
+        if (std::fabs(g) <= goal) break;
+      }
+    }
+    earliest = high;
+  }
+  return earliest;
+}
+
+double IslandAdvance::next_stick_time(double tau) {
+  const StepWorkspace& work = world_.work;
+  // A slide ends (or turns back) within the interval where the slip at its end is not along the
+  // slip before.
+  scratch_slides_.clear();
+  for (std::size_t n = 0; n < active_.size(); ++n) {
+    const ContactConstraint& c = work.problem.contacts[n];
+    const Vec2 before = slip_before_[n].tail<2>();
+    if (before.norm() <= stick_speed() || c.friction == 0.0 ||
+        !(work.solution.impulse[n].x() > 0.0))
+      continue;
+    const Vec2 after = relative_velocity(c, work.solution.velocity).tail<2>();
+    if (after.dot(before) <= 1e-9 * before.squaredNorm())
+      scratch_slides_.push_back(static_cast<std::int32_t>(n));
+  }
+  if (scratch_slides_.empty()) return tau;
+  const std::vector<std::int32_t> slides = scratch_slides_;
+  const std::vector<Vec3> before = slip_before_;
+  // In an interval short enough to slide all through, the slip shrinks linearly: extrapolate to
+  // zero, twice.
+  double t = tau;
+  for (int n = 0; n < 60; ++n) {
+    t *= 0.5;
+    double zero = tau;
+    bool slid = true;
+    for (int pass = 0; pass < 2 && slid; ++pass) {
+      carry(t, false);
+      double next = std::numeric_limits<double>::infinity();
+      for (const std::int32_t i : slides) {
+        const Vec2 u0 = before[i].tail<2>();
+        const double along =
+            relative_velocity(work.problem.contacts[i], work.solution.velocity).tail<2>().dot(u0) /
+            u0.squaredNorm();
+        if (along <= 1e-9) slid = false;
+        if (along < 1.0) next = std::fmin(next, t / (1.0 - along));
+      }
+      if (!slid) break;
+      zero = next;
+      t = 0.999 * zero;
+      if (t >= tau) return tau;
+    }
+    if (slid) {
+      const double stick = std::fmin(zero, tau);
+      carry(tau, false);
+      return stick < (1.0 - 1e-12) * tau ? stick : tau;
+    }
+  }
+  carry(tau, false);
+  return tau;
+}
+
+}  // namespace rb

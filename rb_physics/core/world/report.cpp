@@ -1,0 +1,57 @@
+// What the step leaves for its readers: contact classes (S9), contact wrenches, statistics; and the
+// check that every number is finite.
+#include <cmath>
+
+#include "contact/builder.hpp"
+#include "world/step.hpp"
+
+namespace rb {
+namespace {
+
+bool finite(const RigidState& s) {
+  return s.x.allFinite() && s.q.coeffs().allFinite() && s.p.allFinite() && s.L.allFinite();
+}
+
+}  // namespace
+
+void classify_contacts(World& world) {
+  for (Contact& c : world.contacts) {
+    const Vec3 point = 0.5 * (c.point.point_a + c.point.point_b);
+    const double speed = c.point.normal.dot(
+        relative_velocity(world.bodies[c.body_a], world.bodies[c.body_b], point));
+    c.state = classify(speed, tolerance::resting_speed);
+  }
+}
+
+void finish_step(World& world) {
+  for (std::size_t row = 0; row < world.bodies.size(); ++row) {
+    if (finite(world.bodies[row].state)) continue;
+    for (std::size_t k = 0; k < world.bodies.size(); ++k)
+      world.bodies[k].state = world.last_good[k];
+    world.contacts.clear();
+    world.geometry_dirty = true;
+    throw Diverged(world.step_count, static_cast<std::int32_t>(row));
+  }
+  classify_contacts(world);
+  for (const Contact& c : world.contacts) {
+    if (c.touching() || !c.impulse.isZero(0.0)) ++world.stats.contacts;
+    if (!c.ghost)
+      world.stats.max_penetration = std::fmax(world.stats.max_penetration, -c.point.separation);
+    if (c.impulse.isZero(0.0)) continue;
+    Body& a = world.bodies[c.body_a];
+    Body& b = world.bodies[c.body_b];
+    a.contact_impulse += c.impulse;
+    a.contact_moment += c.moment_a;
+    b.contact_impulse -= c.impulse;
+    b.contact_moment += c.moment_b;
+  }
+  for (Body& body : world.bodies) {
+    body.contact_impulse_sum += body.contact_impulse;
+    body.contact_moment_sum += body.contact_moment;
+  }
+  expire_wrenches(world);
+  ++world.step_count;
+  if (world.keep_hashes) world.hashes.push_back(state_hash(world));
+}
+
+}  // namespace rb

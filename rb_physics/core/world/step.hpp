@@ -1,0 +1,22 @@
+// The stages of a step that are too small for a header of their own.
+#pragma once
+
+#include "world/world.hpp"
+
+namespace rb {
+
+// world/wrenches.cpp
+void begin_step(World& world);
+void expire_wrenches(World& world);
+
+// world/advance_all.cpp
+bool needs_detection(const World& world);
+void build_islands(World& world);
+void advance_islands(World& world);
+void move_kinematics(World& world);
+
+// world/report.cpp
+void classify_contacts(World& world);
+void finish_step(World& world);
+
+}  // namespace rb

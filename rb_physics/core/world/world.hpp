@@ -1,0 +1,106 @@
+// The world: bodies, their colliders, contacts, time. Data is plain; each stage of the step is a
+// function in a file of its own, and world/step.cpp is the table of contents.
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "body/body.hpp"
+#include "collision/broad_phase.hpp"
+#include "contact/contact.hpp"
+#include "contact/problem.hpp"
+#include "island/island.hpp"
+#include "shape/shape.hpp"
+#include "solver/contact_solver.hpp"
+#include "world/settings.hpp"
+#include "world/stats.hpp"
+
+namespace rb {
+
+// One leaf shape of a body, placed in body coordinates.
+struct Collider {
+  Shape shape;
+  Pose local;
+  std::int32_t body = -1;  // row
+  std::int32_t part = 0;   // index within the body
+  double size = 1.0;       // m, characteristic length
+  double reach = 0.0;      // m, farthest point from the body's centre of mass
+};
+
+// Two colliders that may meet during the step; a dynamic body is always first.
+struct ColliderPair {
+  std::int32_t a = -1;
+  std::int32_t b = -1;
+};
+
+// Scratch memory of the step.
+struct StepWorkspace {
+  ContactProblem problem;
+  ContactSolution solution;
+  SolverWorkspace solver;
+  std::vector<std::uint8_t> movable;
+  std::vector<std::pair<std::int32_t, std::int32_t>> edges;
+  std::vector<std::int32_t> index_of;  // row -> body of the island's problem
+};
+
+struct World {
+  Settings settings;
+  std::vector<Body> bodies;         // rows in the order of adding
+  std::vector<Collider> colliders;  // grouped by body, in row order
+  std::vector<Contact> contacts;    // by pair, then as the manifold lists them
+  std::vector<ColliderPair> pairs;  // candidates of the current step, ordered
+  std::vector<Wrench> applied;      // gravity and applied wrenches of the current step, per row
+  std::uint64_t step_count = 0;
+  std::vector<double> reach;   // m, farthest surface point from the centre of mass, per row
+  std::vector<double> travel;  // m a surface may move in the step beyond dt * v, per row
+  bool geometry_dirty = true;  // something moved from outside: look for contacts again
+  Stats stats;
+
+  std::vector<RigidState>
+      last_good;             // states at the start of the step: what a diverged step falls back to
+  bool keep_hashes = false;  // log the state hash of every step into `hashes`
+  std::vector<std::uint64_t> hashes;
+
+  BroadPhase broad_phase;
+  Islands islands;
+  StepWorkspace work;
+
+  // Reused every step: no allocation after warm-up.
+  std::vector<Contact> scratch_contacts, scratch_departed;
+  ContactPoints scratch_points;
+
+  double time() const { return static_cast<double>(step_count) * settings.dt; }
+};
+
+struct DivergedInfo {
+  std::uint64_t step = 0;
+  std::int32_t body = -1;
+};
+
+// What a step throws when a state stops being finite; the world keeps the last good state.
+class Diverged : public std::exception {
+ public:
+  Diverged(std::uint64_t step, std::int32_t body) : info{step, body} {}
+  const char* what() const noexcept override { return "a body state stopped being finite"; }
+  DivergedInfo info;
+};
+
+// world/bodies.cpp
+std::int32_t add_body(World& world, Body body, const Shape& shape);
+void remove_body(World& world, std::int32_t row);
+
+// world/step.cpp
+void step(World& world);
+
+// world/detect.cpp
+void detect_contacts(World& world);
+
+// world/snapshot.cpp
+std::uint64_t state_hash(const World& world);
+std::vector<std::uint8_t> save(const World& world);
+void restore(World& world, const std::uint8_t* data,
+             std::size_t size);  // throws std::invalid_argument
+
+}  // namespace rb

@@ -1,0 +1,55 @@
+// What acts on the bodies from outside during a step: gravity and held wrenches, evaluated at its
+// start.
+#include <cmath>
+
+#include "world/kinematic.hpp"
+#include "world/step.hpp"
+
+namespace rb {
+namespace {
+
+// Sum of the held wrenches in world axes. One that ends within the step acts with the part of its
+// time that is left, so that its impulse is force * duration whatever dt is.
+Wrench take_wrenches(Body& body, double h) {
+  Wrench sum;
+  for (AppliedWrench& w : body.wrenches) {
+    const Wrench now = in_world(w, body.state.q, body.center_of_mass);
+    const double share = w.remaining > 0.0 && w.remaining < h ? w.remaining / h : 1.0;
+    sum.force += share * now.force;
+    sum.torque += share * now.torque;
+  }
+  return sum;
+}
+
+}  // namespace
+
+void begin_step(World& world) {
+  const double h = world.settings.dt;
+  world.stats = Stats{};
+  world.last_good.clear();
+  for (std::size_t row = 0; row < world.bodies.size(); ++row) {
+    Body& body = world.bodies[row];
+    world.last_good.push_back(body.state);
+    body.contact_impulse = body.contact_moment = Vec3::Zero();
+    world.applied[row] = Wrench{};
+    if (body.type == BodyType::KINEMATIC) aim_at_target(body, h);
+    if (!body.is_dynamic()) continue;
+    world.applied[row] = take_wrenches(body, h);
+    world.applied[row].force += body.inertia.mass * world.settings.gravity;
+    if (body.inertia.inv_body.isZero(0.0)) world.applied[row].torque.setZero();  // a particle (S1)
+  }
+  for (Contact& c : world.contacts) c.impulse = c.moment_a = c.moment_b = Vec3::Zero();
+}
+
+void expire_wrenches(World& world) {
+  const double h = world.settings.dt;
+  for (Body& body : world.bodies) {
+    std::erase_if(body.wrenches, [h](AppliedWrench& w) {
+      if (w.remaining < 0.0) return false;
+      w.remaining -= h;
+      return w.remaining <= 1e-9 * h;  // a rounding error is not another step
+    });
+  }
+}
+
+}  // namespace rb

@@ -1,0 +1,294 @@
+"""What the simulator sends: the state of a world as (topic, bytes), for node and log alike."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import encoders
+from .geometry import BodyDescription, describe
+from .markers import MarkerEncoder
+from .palette import force_scale
+from .quaternions import cross, rotate_inverse
+from .topics import LATCHED, Topic, TopicTable
+from .urdf import scene_urdf
+
+Message = tuple[str, bytes]  # topic name, serialised message
+Status = tuple[int, str, str, str, dict[str, object]]  # as encoders.encode_diagnostics takes it
+
+# One row of ~/contacts. float32 except where the range needs more; ROS has no 64-bit integers, so
+# a feature id is two u4, the low one first.
+CONTACT_POINT = np.dtype(
+    [(name, "<f4") for name in ("x", "y", "z", "nx", "ny", "nz", "fx", "fy", "fz", "separation")]
+    + [("body_a", "<i4"), ("body_b", "<i4"), ("feature", "<u4", 2), ("kind", "u1"), ("state", "u1")]
+)
+TOTALS = [
+    "time",
+    "kinetic_energy",
+    "potential_energy",
+    "px",
+    "py",
+    "pz",
+    "Lx",
+    "Ly",
+    "Lz",
+    "residual",
+    "max_penetration",
+    "contacts",
+]
+
+
+class _Group:
+    """Topics of one content and rate, encoded together."""
+
+    def __init__(self, topics: list[Topic], encode: Callable[[int], list[bytes]]) -> None:
+        self.names = [topic.name for topic in topics]
+        self.period_ns = 1e9 / topics[0].rate if topics[0].rate > 0 else 0.0
+        self.encode = encode
+        self.next_ns = 0.0
+
+
+class Outputs:
+    """Encodes the topics of a table that are due, in the table's order."""
+
+    def __init__(self, world: Any, table: TopicTable, node_name: str = "sim_node") -> None:
+        """Raises TopicError when the table doesn't fit the world's bodies."""
+        self._world, self._table, self._node_name = world, table, node_name
+        self.statuses: Callable[[], Sequence[Status]] | None = None  # the caller's diagnostics
+        self._scale_of = force_scale
+        self._impulses: dict[int, NDArray] = {}  # of each wrench group since its last message
+        self._wrench_since: dict[int, float] = {}
+        self.rebuild()
+
+    def rebuild(self) -> None:
+        """Call after bodies were added or removed; new topics are in `topics` afterwards."""
+        world = self._world
+        self.bodies: list[BodyDescription] = describe(world.bodies)
+        self._row_of = {body.name: row for row, body in enumerate(self.bodies)}
+        self.topics = self._table.expand(world.bodies, self._node_name)
+        self._centers = np.array([b.center_of_mass for b in self.bodies]).reshape(-1, 3)
+        self._dt_ns = world.settings.dt * 1e9
+        self._groups: list[_Group] = []
+        keyed: dict[tuple, list[Topic]] = {}
+        for topic in self.topics:
+            if topic.direction == "out" and topic.content not in LATCHED:
+                frame = topic.frame.replace(topic.body or " ", "NAME")
+                keyed.setdefault((topic.content, topic.rate, topic.body is None or frame), [])
+                keyed[topic.content, topic.rate, topic.body is None or frame].append(topic)
+        for topics in keyed.values():
+            build = getattr(self, f"_{topics[0].content}_encoder")
+            self._groups.append(_Group(topics, build(topics)))
+        self.restart()
+
+    def restart(self) -> None:
+        """Call after a jump in time: intervals and rates begin anew at the present time."""
+        drained = self._world.drain_contact_impulses()
+        now = self._time_ns()
+        for key in self._impulses:
+            self._impulses[key] = np.zeros_like(drained)
+            self._wrench_since[key] = now
+        for group in self._groups:
+            group.next_ns = now if group.period_ns == 0 else self._next(group, now)
+        self._earliest = min((group.next_ns for group in self._groups), default=math.inf)
+
+    def _time_ns(self) -> int:
+        return round(self._world.time * 1e9)
+
+    def _next(self, group: _Group, now: float) -> float:
+        """The first multiple of the period after now; half a step early counts as on time."""
+        if group.period_ns == 0:
+            return now + self._dt_ns
+        return (math.floor((now + self._dt_ns / 2) / group.period_ns) + 1) * group.period_ns
+
+    def steps_until_due(self) -> int:
+        """Steps until the next output is due, at least 1."""
+        ahead = (self._earliest - self._dt_ns / 2 - self._time_ns()) / self._dt_ns
+        return max(1, math.ceil(ahead)) if math.isfinite(ahead) else 1_000_000
+
+    def collect(self, everything: bool = False) -> list[Message]:
+        """The messages due at the world's present time; cheap when nothing is.
+
+        Contact wrenches are means since their last message, so no impact is lost in between.
+        """
+        now = self._time_ns()
+        late = now + self._dt_ns / 2
+        if late < self._earliest and not everything:
+            return []
+        self._drained = False
+        messages: list[Message] = []
+        for group in self._groups:
+            if late >= group.next_ns or everything:
+                messages.extend(zip(group.names, group.encode(now), strict=True))
+                group.next_ns = self._next(group, now)
+        self._earliest = min((group.next_ns for group in self._groups), default=math.inf)
+        return messages
+
+    def latched(self) -> list[Message]:
+        """The transient_local topics: to be sent at the start and after `rebuild`."""
+        messages = []
+        for topic in self.topics:
+            if topic.content == "body_names":
+                names = json.dumps([body.name for body in self.bodies])
+                messages.append((topic.name, encoders.encode_string(names)))
+            elif topic.content == "robot_description":
+                messages.append((topic.name, encoders.encode_string(scene_urdf(self.bodies))))
+            elif topic.content == "tf_static":
+                messages.append((topic.name, self._static_transforms()))
+        return messages
+
+    def _static_transforms(self) -> bytes:
+        parents, children, transforms = [], [], []
+        for body in self.bodies:
+            frames = {"com": (body.center_of_mass, (0.0, 0.0, 0.0, 1.0)), **body.frames}
+            for name, (position, orientation) in frames.items():
+                parents.append(body.name)
+                children.append(f"{body.name}/{name}")
+                transforms.append((*position, *orientation))
+        encoder = encoders.TransformEncoder(parents, children)
+        return encoder.encode(self._time_ns(), np.array(transforms).reshape(-1, 7))
+
+    # -- one builder per content: _CONTENT_encoder(topics) -> encode(time_ns) -> [bytes, ...] -------
+
+    def _rows(self, topics: list[Topic]) -> NDArray:
+        return np.array([self._row_of[topic.body] for topic in topics if topic.body], np.intp)
+
+    def _poses_of(self, rows: NDArray) -> NDArray:
+        return np.hstack((self._world.positions[rows], self._world.orientations[rows]))
+
+    def _clock_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
+        return lambda now: [encoders.encode_clock(now)] * len(topics)
+
+    def _poses_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
+        encoder = encoders.PoseArrayEncoder(topics[0].frame)
+
+        def encode(now: int) -> list[bytes]:
+            data = encoder.encode(now, self._world.positions, self._world.orientations)
+            return [data] * len(topics)
+
+        return encode
+
+    def _pose_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
+        rows = self._rows(topics)
+        encoder = encoders.PoseStampedEncoder([topic.frame for topic in topics])
+        return lambda now: encoder.encode(now, self._poses_of(rows))
+
+    def _odometry_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
+        rows, world = self._rows(topics), self._world
+        children = [topic.body or "" for topic in topics]
+        encoder = encoders.OdometryEncoder([topic.frame for topic in topics], children)
+
+        def encode(now: int) -> list[bytes]:
+            q, spin = world.orientations[rows], world.angular_velocities[rows]
+            lever = world.positions[rows] - world.com_positions[rows]
+            origin = world.linear_velocities[rows] + cross(spin, lever)
+            twists = np.hstack((rotate_inverse(q, origin), rotate_inverse(q, spin)))
+            return encoder.encode(now, self._poses_of(rows), twists)
+
+        return encode
+
+    def _contact_wrench_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
+        rows, world = self._rows(topics), self._world
+        encoder = encoders.WrenchStampedEncoder([topic.frame for topic in topics])
+        frame = topics[0].frame.removeprefix(topics[0].body or "")
+        key = len(self._groups)
+        self._impulses[key] = np.zeros((len(self.bodies), 6))
+
+        def encode(now: int) -> list[bytes]:
+            if not self._drained:  # once per collect, for every group that sums up
+                drained = world.drain_contact_impulses()
+                for impulses in self._impulses.values():
+                    impulses += drained
+                self._drained = True
+            interval = (now - self._wrench_since[key]) * 1e-9
+            mean = (
+                self._impulses[key][rows] / interval if interval > 0 else np.zeros((len(rows), 6))
+            )
+            self._impulses[key][:] = 0.0
+            self._wrench_since[key] = now
+            force, torque = mean[:, :3], mean[:, 3:]
+            if frame == "":  # about the body's origin
+                lever = world.com_positions[rows] - world.positions[rows]
+                torque = torque + cross(lever, force)
+            if frame != "world":
+                q = world.orientations[rows]
+                force, torque = rotate_inverse(q, force), rotate_inverse(q, torque)
+            return encoder.encode(now, np.hstack((force, torque)))
+
+        return encode
+
+    def _contacts_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
+        encoder = encoders.PointCloudEncoder(topics[0].frame, CONTACT_POINT)
+        return lambda now: [encoder.encode(now, contact_points(self._world.contacts))] * len(topics)
+
+    def _markers_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
+        world = self._world
+        scale = self._scale_of(self.bodies, float(np.linalg.norm(world.settings.gravity)))
+        encoder = MarkerEncoder(topics[0].frame, self.bodies, scale)
+
+        def encode(now: int) -> list[bytes]:
+            contacts = world.contacts
+            data = encoder.encode(
+                now, world.positions, world.orientations, contacts["point"], contacts["force"]
+            )
+            return [data] * len(topics)
+
+        return encode
+
+    def _tf_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
+        names = [body.name for body in self.bodies]
+        encoder = encoders.TransformEncoder([topics[0].frame] * len(names), names)
+        rows = np.arange(len(names))
+        return lambda now: [encoder.encode(now, self._poses_of(rows))] * len(topics)
+
+    def _totals_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
+        encoder = encoders.MultiArrayEncoder((" ".join(TOTALS),), topics[0].type)
+        world = self._world
+
+        def encode(now: int) -> list[bytes]:
+            stats = world.stats
+            values = (
+                now * 1e-9,
+                world.kinetic_energy,
+                world.potential_energy,
+                *world.linear_momentum,
+                *world.angular_momentum,
+                stats.residual,
+                stats.max_penetration,
+                stats.contacts,
+            )
+            return [encoder.encode(values)] * len(topics)
+
+        return encode
+
+    def _diagnostics_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
+        world, name = self._world, self._node_name.strip("/")
+
+        def encode(now: int) -> list[bytes]:
+            stats = world.stats
+            numbers = {k: getattr(stats, k) for k in dir(stats) if not k.startswith("_")}
+            values = {"step": world.step_count, "bodies": len(self.bodies), **numbers}
+            statuses: list[Status] = [(0, f"{name}: physics", "running", "", values)]
+            if self.statuses is not None:
+                statuses.extend(self.statuses())
+            return [encoders.encode_diagnostics(now, statuses)] * len(topics)
+
+        return encode
+
+
+def contact_points(contacts: NDArray) -> NDArray:
+    """Rows of `world.contacts` as CONTACT_POINT."""
+    points = np.zeros(len(contacts), CONTACT_POINT)
+    for axis, letter in enumerate("xyz"):
+        points[letter] = contacts["point"][:, axis]
+        points["n" + letter] = contacts["normal"][:, axis]
+        points["f" + letter] = contacts["force"][:, axis]
+    for name in ("separation", "body_a", "body_b", "kind", "state"):
+        points[name] = contacts[name]
+    feature = np.ascontiguousarray(contacts["feature"], "<i8")
+    points["feature"] = feature.view("<u4").reshape(-1, 2)
+    return points

@@ -1,0 +1,338 @@
+"""The recorder: one world, its outputs and inputs, into a bag and a Rerun view."""
+
+from __future__ import annotations
+
+import json
+import platform
+import time
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import encoders
+from .geometry import to_json as bodies_to_json
+from .mcap_log import Attachment, McapLog, RecordingError
+from .message_queue import Entry
+from .operations import Operation, Operations, plain
+from .operations import to_json as operation_to_json
+from .outputs import Message, Outputs
+from .topics import Qos, TopicTable, load_topics
+
+FORMAT_VERSION = 1
+_HASH_BATCH = 0.02  # s of simulated or wall time after which state hashes are written
+_LATCHED_QOS = Qos(durability="transient_local", depth=1)
+# What the recorder adds to the node's topics: name below the node, type, whether it may be dropped.
+_OWN_TOPICS = {
+    "bodies": ("std_msgs/msg/String", _LATCHED_QOS),
+    "state_hash": ("std_msgs/msg/UInt64MultiArray", Qos()),
+    "snapshots": ("std_msgs/msg/UInt8MultiArray", Qos()),
+    "operations": ("std_msgs/msg/String", Qos()),
+    "events": ("std_msgs/msg/String", Qos()),
+}
+EVENT_LEVELS = ("INFO", "WARN", "ERROR")
+
+
+class Recorder:
+    """Encodes and logs what a world sends and receives. A context manager.
+
+    Beside the topics of the table the bag holds, below the node's namespace:
+
+    - ``bodies``: the bodies as drawn (JSON), at the start and when bodies come or go;
+    - ``state_hash``: rows (step, hash) of every step since the last message;
+    - ``snapshots``: ``world.save()``, at the start and every `snapshot_interval` s; the label of
+      the one dimension is ``step N``;
+    - ``operations``: every change of the world (see operations.py);
+    - ``events``: lines for people: "LEVEL text".
+
+    Steps count from the start of the recording and go on through resets. The MCAP field `sequence`
+    of every message is that number. log_time is simulated time plus an offset raised at each
+    reset, so that it never goes back.
+    """
+
+    def __init__(
+        self,
+        world: Any,
+        directory: str | Path | None,
+        *,
+        scene: Any = None,
+        topics: TopicTable | None = None,
+        node_name: str = "sim_node",
+        rerun: str = "off",
+        snapshot_interval: float = 5.0,
+        custom_data: dict[str, str] | None = None,
+        **log_options: Any,
+    ) -> None:
+        """Args:
+            directory: a new folder; None records nothing, outputs are still encoded.
+            scene: the `Scene` the world was built from; stored, so that the run can be repeated.
+            topics: None: the packaged table.
+            rerun: "off", "file" (a .rrd in the folder), or "live" (a viewer too).
+            snapshot_interval: s of simulated time.
+            log_options: those of `McapLog` (compression, policy, split_bytes, ...).
+
+        Raises RecordingError, TopicError.
+        """
+        self._world = world
+        self.outputs = Outputs(world, topics if topics is not None else load_topics(), node_name)
+        self._operations = Operations(world)
+        self._namespace = "/" + node_name.strip("/") + "/"
+        self.step = 0  # steps made since the start
+        self._time_offset = 0  # ns, log time minus simulated time
+        self._last_log_time = 0
+        self._log: McapLog | None = None
+        self._view: Any = None
+        self._ids: dict[str, int] = {}  # topic name -> id in the log
+        self._contents: list[tuple[str, str | None]] = []  # of each id: content and body
+        if rerun not in ("off", "file", "live"):
+            raise RecordingError(f"rerun is {rerun!r}; it must be off, file or live")
+        if directory is None:
+            return
+        folder = Path(directory)
+        attachments = [Attachment("topics.json", "application/json", _topics_text(self.outputs))]
+        notes = _notes(world, scene, node_name) | (custom_data or {})
+        if scene is not None:
+            text = scene.to_yaml().encode()
+            attachments.insert(0, Attachment("scene.yaml", "application/yaml", text))
+        if rerun != "off":
+            from . import rerun_log
+
+            rerun_log.require()  # before the folder exists: a missing Rerun leaves nothing behind
+        self._log = McapLog(folder, custom_data=notes, attachments=attachments, **log_options)
+        if rerun != "off":
+            gravity = float(np.linalg.norm(world.settings.gravity))
+            path = folder / f"{folder.name}.rrd"
+            view = rerun_log.RerunLog(path, gravity, live=rerun == "live")
+            self._view = rerun_log.RerunSink(view)
+        world.keep_hashes = True
+        world.drain_hashes()
+        self._hashes: list[tuple[int, int]] = []
+        self._hash_encoder = encoders.MultiArrayEncoder(
+            ("step", "step hash"), "std_msgs/msg/UInt64MultiArray"
+        )
+        self._hash_due_ns, self._hash_due_wall = 0.0, 0.0
+        self._snapshot_ns = snapshot_interval * 1e9
+        self._register_topics()
+        self._write_start()
+
+    # -- the run ----------------------------------------------------------------------------------
+
+    def after_step(self) -> list[Message]:
+        """Call after one or several steps: logs what they did, returns the outputs that are due."""
+        messages = self.outputs.collect()
+        if self._log is None:
+            return messages
+        hashes = self._world.drain_hashes().tolist()
+        first, self.step = self.step, self.step + len(hashes)
+        self._hashes.extend(enumerate(hashes, first + 1))
+        now = self._now()
+        entries = [self._entry(name, now, data) for name, data in messages]
+        if now >= self._hash_due_ns or time.monotonic() >= self._hash_due_wall:
+            entries.extend(self._take_hashes(now))
+        if now >= self._next_snapshot_ns:
+            entries.append(self._snapshot(now))
+        if entries:
+            self._write(entries)
+        return messages
+
+    def perform(self, name: str, **arguments: Any) -> None:
+        """Changes the world and logs it. Raises what the world raises; then nothing is logged."""
+        arguments = plain(arguments)
+        operation = Operation(self.step, name, arguments)
+        text = operation_to_json(operation)
+        self._operations.perform(name, arguments)
+        if name in ("add_body", "remove_body"):
+            self.outputs.rebuild()
+        elif name in ("reset", "reset_state"):
+            self.outputs.restart()
+        if self._log is None:
+            return
+        now = self._now()
+        entries = [*self._take_hashes(now), self._own("operations", now, text)]
+        if name in ("add_body", "remove_body"):
+            self._register_topics()
+            entries.extend(self._description(now))
+        self._write(entries)
+        if name in ("reset", "reset_state"):
+            self.event("INFO", f"{name} at step {self.step}")
+
+    def write_input(self, topic: str, data: bytes) -> None:
+        """Logs a received message of an input topic of the table, as it came."""
+        if self._log is not None:
+            self._write([self._entry(topic, self._now(), data)])
+
+    def event(self, level: str, text: str) -> None:
+        """A line for people, in the log and in the view."""
+        if level not in EVENT_LEVELS:
+            raise ValueError(f"level {level!r} is not one of {', '.join(EVENT_LEVELS)}")
+        if self._log is not None:
+            line = f"{level} {text}".replace("\0", "")
+            self._write([self._own("events", self._now(), line)])
+
+    def latched(self) -> list[Message]:
+        """Messages of the transient_local topics, to be sent at the start."""
+        return self.outputs.latched()
+
+    def steps_until_due(self) -> int:
+        """Steps that may be made before the next `after_step` sends something; at least 1."""
+        return self.outputs.steps_until_due()
+
+    # -- state of the recording -------------------------------------------------------------------
+
+    @property
+    def directory(self) -> Path | None:
+        return self._log.directory if self._log is not None else None
+
+    @property
+    def error(self) -> str | None:
+        """Why recording stopped, as one sentence; None while it works (or nothing is recorded)."""
+        return self._log.error if self._log is not None else None
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Messages and bytes written, dropped and queued; empty when nothing is recorded."""
+        if self._log is None:
+            return {}
+        counters = self._log.counters
+        if self._view is not None:
+            counters["view_dropped"] = self._view.dropped
+        return counters
+
+    def close(self) -> None:
+        """Ends the recording; everything given before is in it. Safe to call again."""
+        if self._log is None:
+            return
+        if not self._log.closed:
+            self._write(self._take_hashes(self._now()))
+        self._log.close({"steps": str(self.step)})
+        if self._view is not None:
+            self._view.close()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # -- entries ----------------------------------------------------------------------------------
+
+    def _register_topics(self) -> None:
+        log = self._log
+        assert log is not None
+        for name, (type_name, qos) in _OWN_TOPICS.items():
+            self._add_topic((name, None), self._namespace + name, type_name, qos, True)
+        for topic in self.outputs.topics:
+            content = (topic.content, topic.body)
+            self._add_topic(content, topic.name, topic.type, topic.qos, topic.direction == "in")
+
+    def _add_topic(
+        self, content: tuple[str, str | None], name: str, type_name: str, qos: Qos, essential: bool
+    ) -> None:
+        if name not in self._ids and self._log is not None:
+            self._ids[name] = self._log.add_topic(name, type_name, qos, essential)
+            self._contents.append(content)
+
+    def _write_start(self) -> None:
+        now = self._now()
+        entries = self._description(now)
+        entries += [self._entry(n, now, d) for n, d in self.outputs.collect(everything=True)]
+        entries.append(self._snapshot(now))
+        self._write(entries)
+
+    def _description(self, now: int) -> list[Entry]:
+        """What the bodies are: for views, and what viewers need from latched topics."""
+        entries = [self._own("bodies", now, bodies_to_json(self.outputs.bodies))]
+        return entries + [self._entry(n, now, d) for n, d in self.outputs.latched()]
+
+    def _snapshot(self, now: int) -> Entry:
+        self._next_snapshot_ns = now + self._snapshot_ns
+        data = np.frombuffer(self._world.save(), np.uint8)
+        encoder = encoders.MultiArrayEncoder((f"step {self.step}",), "std_msgs/msg/UInt8MultiArray")
+        return self._entry(self._namespace + "snapshots", now, encoder.encode(data))
+
+    def _take_hashes(self, now: int) -> list[Entry]:
+        self._hash_due_ns = now + _HASH_BATCH * 1e9
+        self._hash_due_wall = time.monotonic() + _HASH_BATCH
+        if not self._hashes:
+            return []
+        rows = np.array(self._hashes, np.uint64)
+        self._hashes = []
+        return [self._entry(self._namespace + "state_hash", now, self._hash_encoder.encode(rows))]
+
+    def _own(self, name: str, now: int, text: str) -> Entry:
+        return self._entry(self._namespace + name, now, encoders.encode_string(text))
+
+    def _now(self) -> int:
+        """The log time: simulated time that never goes back."""
+        log_time = round(self._world.time * 1e9) + self._time_offset
+        if log_time < self._last_log_time:
+            self._time_offset += self._last_log_time - log_time
+            log_time = self._last_log_time
+            self._hash_due_ns = self._next_snapshot_ns = 0.0
+        self._last_log_time = log_time
+        return log_time
+
+    def _entry(self, name: str, now: int, data: bytes) -> Entry:
+        try:
+            return Entry(self._ids[name], now, self.step, data)
+        except KeyError:
+            raise ValueError(f"topic {name} is not in the table of topics") from None
+
+    def _write(self, entries: list[Entry]) -> None:
+        assert self._log is not None
+        self._log.write(entries)
+        if self._view is not None:
+            self._view.write([(*self._contents[e.topic], e.log_time, e.data) for e in entries])
+
+
+def _topics_text(outputs: Outputs) -> bytes:
+    return json.dumps([asdict(topic) for topic in outputs.topics]).encode()
+
+
+def _notes(world: Any, scene: Any, node_name: str) -> dict[str, str]:
+    """What a repetition compares first: versions, machine, settings."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        own = version("rb_physics")
+    except PackageNotFoundError:
+        own = "source tree"
+    settings = {k: plain(v) for k, v in asdict(world.settings).items()}
+    return {
+        "format_version": str(FORMAT_VERSION),
+        "rb_physics": own,
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+        "machine": f"{platform.system()} {platform.machine()}",
+        "cpu": _cpu(),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "node_name": node_name,
+        "scene": getattr(scene, "name", ""),
+        "dt": repr(float(world.settings.dt)),
+        "settings": json.dumps(settings),
+        "seed": "none: nothing is random",
+        "first_step": str(world.step_count),
+    }
+
+
+def _cpu() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.processor() or "unknown"
+
+
+def new_run_directory(parent: str | Path) -> Path:
+    """A folder name below `parent` that nothing has yet; it isn't made. Named by date and time."""
+    parent = Path(parent)
+    base = datetime.now().strftime("run_%Y_%m_%d-%H_%M_%S")
+    path, number = parent / base, 1
+    while path.exists():
+        number += 1
+        path = parent / f"{base}_{number}"
+    return path

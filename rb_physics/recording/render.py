@@ -1,0 +1,139 @@
+"""The view of a recording: opened in the Rerun viewer, or rendered to a PNG without a screen."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import subprocess
+import sys
+import tempfile
+import time as clock
+from pathlib import Path
+from typing import Any
+
+from .log_reader import Recording
+from .mcap_log import RecordingError
+from .rerun_log import RerunLog, contents_of, require
+
+_SETTLE = 4.0  # s the viewer gets to draw after time was set, and to hide its greeting
+
+
+def write_rrd(recording: str | Path, path: str | Path) -> Path:
+    """Makes the .rrd of a bag, by the code that writes it during a run. Raises RecordingError."""
+    log = Recording(recording)
+    notes = log.custom_data
+    attachments = log.attachments()
+    if "topics.json" not in attachments:
+        raise RecordingError(f"{recording} was not made by rb_physics: it has no topics.json")
+    contents = contents_of(attachments["topics.json"], "/" + notes["node_name"].strip("/") + "/")
+    gravity = json.loads(notes["settings"])["gravity"]
+    strength = sum(g * g for g in gravity) ** 0.5
+    view = RerunLog(Path(path), strength)
+    for message in log.messages(set(contents)):
+        content, body = contents[message.topic]
+        view.feed(content, body, message.log_time, message.data)
+    view.close()
+    return Path(path)
+
+
+def rrd_of(recording: str | Path, folder: Path) -> Path:
+    """The .rrd to show: a given .rrd file, the one beside the bag, or a new one in `folder`."""
+    recording = Path(recording)
+    if recording.suffix == ".rrd" and recording.is_file():
+        return recording
+    beside = recording / f"{recording.name}.rrd"
+    if beside.is_file():
+        return beside
+    return write_rrd(recording, folder / f"{recording.resolve().name}.rrd")
+
+
+def open_viewer(recording: str | Path) -> None:
+    """Opens the Rerun viewer and waits until it is closed."""
+    require()
+    with tempfile.TemporaryDirectory() as folder:
+        rrd = rrd_of(recording, Path(folder))
+        done = subprocess.run([*_viewer_command(), "--bind", "127.0.0.1", str(rrd)], check=False)
+    if done.returncode != 0:
+        raise RecordingError(
+            "the Rerun viewer could not open a window here; --png FILE renders without a screen"
+        )
+
+
+def render_png(
+    recording: str | Path, png: str | Path, time: float | None = None, timeout: float = 60.0
+) -> list[str]:
+    """Renders the view at `time` (s; None: the middle) into a new file; needs a Vulkan driver.
+
+    Returns the problems the viewer reports; none is how it should be. Raises RecordingError.
+    """
+    require()
+    png = Path(png)
+    if png.exists():
+        raise RecordingError(f"{png} exists already and is never overwritten")
+    if not png.parent.is_dir():
+        raise RecordingError(f"{png.parent} is not a folder")
+    with tempfile.TemporaryDirectory() as folder:
+        return _render(rrd_of(recording, Path(folder)), png, time, timeout)
+
+
+def _render(rrd: Path, png: Path, time: float | None, timeout: float) -> list[str]:
+    from rerun.experimental import ViewerClient
+
+    port = _free_port()
+    command = [
+        *_viewer_command(), "--headless", "--bind", "127.0.0.1", "--port", str(port),
+        "--window-size", "1600x900", str(rrd.resolve()),
+    ]  # fmt: skip
+    deadline = clock.monotonic() + timeout
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as viewer:
+        try:
+            client: Any = None
+            state: Any = None
+            while state is None or state.loading or not state.views:
+                if viewer.poll() is not None:
+                    raise RecordingError(
+                        "the Rerun viewer can't render here; without a screen it needs a software "
+                        "Vulkan driver: apt install mesa-vulkan-drivers"
+                    )
+                if clock.monotonic() > deadline:
+                    raise RecordingError(f"the Rerun viewer did not load {rrd} in {timeout:g} s")
+                clock.sleep(0.2)
+                with contextlib.suppress(RuntimeError, OSError, ValueError):  # not up yet
+                    client = client or ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+                    state = client.get_state()
+            moment = _middle(rrd) if time is None else time
+            client.set_time("sim_time", duration=moment, play_state="paused")
+            clock.sleep(_SETTLE)
+            client.save_screenshot(str(png))
+            return [f"{view.name}: {r}" for view in client.get_state().views for r in view.reports]
+        finally:
+            viewer.terminate()
+
+
+def _middle(rrd: Path) -> float:
+    """s: the middle of the recorded time."""
+    from rerun.chunk import RrdReader
+
+    low, high = None, None
+    for chunk in RrdReader(str(rrd)).stream():
+        batch = chunk.to_record_batch()
+        if "sim_time" in batch.schema.names and batch.num_rows:
+            import pyarrow.compute as pc
+
+            found = pc.min_max(batch.column("sim_time").cast("int64")).as_py()
+            low = found["min"] if low is None else min(low, found["min"])
+            high = found["max"] if high is None else max(high, found["max"])
+    return 0.0 if low is None else (low + high) / 2 * 1e-9
+
+
+def _viewer_command() -> list[str]:
+    """The viewer that came with rerun-sdk; else the one in PATH."""
+    beside = Path(sys.executable).with_name("rerun")
+    return [str(beside)] if beside.is_file() else [sys.executable, "-m", "rerun"]
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

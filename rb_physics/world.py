@@ -1,0 +1,295 @@
+"""The world: bodies, time, contacts. Rows of all arrays are in the order of adding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core, checks
+from .body import Body
+from .errors import SceneError
+from .settings import Settings
+
+Array = NDArray[np.float64]
+
+_TYPES = {
+    "static": _core.BodyType.STATIC,
+    "dynamic": _core.BodyType.DYNAMIC,
+    "kinematic": _core.BodyType.KINEMATIC,
+}
+_SHAPES = tuple(
+    getattr(_core, name)
+    for name in (
+        "Particle",
+        "Sphere",
+        "Box",
+        "Capsule",
+        "Cylinder",
+        "HalfSpace",
+        "ConvexHull",
+        "TriangleMesh",
+        "HeightField",
+        "Compound",
+    )
+    if hasattr(_core, name)
+)
+_STATIC_ONLY = tuple(
+    getattr(_core, name) for name in ("HalfSpace", "TriangleMesh", "HeightField") if hasattr(_core, name)
+)
+
+
+class World(_core.World):
+    """Rigid bodies in contact.
+
+    Example::
+
+        world = rb.World(gravity=(0, 0, -9.81), dt=1e-3)
+        world.add_body(rb.HalfSpace(normal=(0, 0, 1), offset=0.0), type="static", name="ground")
+        box = world.add_body(rb.Box(half_extents=(.1, .1, .1)), mass=1.0, position=(0, 0, 1))
+        world.step(1000)
+
+    Args:
+        settings: all choices at once; keywords replace single ones.
+        **keywords: any field of `Settings`.
+
+    Raises:
+        SceneError: an unknown setting or a value that is not allowed.
+    """
+
+    def __init__(self, settings: Settings | None = None, **keywords: Any) -> None:
+        self.settings = Settings.from_keywords(settings, keywords)
+        super().__init__(self.settings.to_core())
+        self._bodies: list[Body] = []
+        self._by_name: dict[str, Body] = {}
+
+    def __repr__(self) -> str:
+        return f"<World: {len(self._bodies)} bodies, t = {self.time:.6g} s>"
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """All bodies, in the order of rows."""
+        return tuple(self._bodies)
+
+    @property
+    def dt(self) -> float:
+        """s, length of a step."""
+        return self.settings.dt
+
+    @property
+    def gravity(self) -> Array:
+        """(3,) m/s², world axes."""
+        return np.array(self.settings.gravity)
+
+    def __getitem__(self, name: str) -> Body:
+        """The body of that name. Raises KeyError that lists the names."""
+        try:
+            return self._by_name[name]
+        except KeyError:
+            known = ", ".join(self._by_name) or "none"
+            raise KeyError(f"no body is named {name!r}; bodies: {known}") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._by_name
+
+    def __len__(self) -> int:
+        return len(self._bodies)
+
+    def add_body(
+        self,
+        shape: Any,
+        *,
+        type: str = "dynamic",
+        name: str | None = None,
+        mass: float | None = None,
+        density: float | None = None,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = (0.0, 0.0, 0.0, 1.0),
+        inertia: ArrayLike | None = None,
+        center_of_mass: ArrayLike | None = None,
+        linear_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        friction: float = 0.5,
+        restitution: float = 0.0,
+        static_friction: float | None = None,
+        rolling_friction: float = 0.0,
+        spinning_friction: float = 0.0,
+        frames: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    ) -> Body:
+        """Adds a body and returns its handle.
+
+        Args:
+            shape: in body coordinates: `Sphere`, `Box`, `Compound`, ...
+            type: "dynamic", "static" or "kinematic" (moves as told, pushes with infinite mass).
+            name: unique; a letter, then letters, digits, underscores. None: "body_N".
+            mass: kg; density: kg/m³. A dynamic body needs exactly one of them.
+            position, orientation: of the body frame; (3,) m, (4,) unit quaternion x y z w.
+            inertia: (3,) principal moments or (3, 3), kg m², body axes, about the centre of mass.
+                None: the shape's, scaled to the mass.
+            center_of_mass: (3,) m, body coordinates. None: the shape's.
+            linear_velocity, angular_velocity: (3,) m/s of the centre of mass, (3,) rad/s; world axes.
+            friction, static_friction: Coulomb coefficients, 0 ≤ friction ≤ static_friction (None:
+                the same).
+            restitution: in [0, 1].
+            rolling_friction, spinning_friction: m, ≥ 0.
+            frames: further fixed frames: name -> (position (3,), orientation (4,)).
+
+        Raises:
+            SceneError: names the body, the field, the value and what is allowed.
+        """
+        if name is None:
+            index = len(self._bodies)
+            while f"body_{index}" in self._by_name:
+                index += 1
+            name = f"body_{index}"
+        checks.name(name, "body", self._by_name)
+        if type not in _TYPES:
+            raise SceneError.about(name, "type", type, "'dynamic', 'static' or 'kinematic'")
+        if not isinstance(shape, _SHAPES):
+            known = ", ".join(s.__name__ for s in _SHAPES)
+            raise SceneError.about(name, "shape", shape, f"a shape ({known})")
+        material = _core.Material()
+        material.friction = checks.number(name, "friction", friction, 0.0)
+        if static_friction is None:
+            static_friction = friction
+        material.static_friction = checks.number(name, "static_friction", static_friction, 0.0)
+        if material.static_friction < material.friction:
+            raise SceneError.about(
+                name, "static_friction", static_friction, f"≥ friction ({friction:g})"
+            )
+        material.rolling_friction = checks.number(
+            name, "rolling_friction", rolling_friction, 0.0, unit="m"
+        )
+        material.spinning_friction = checks.number(
+            name, "spinning_friction", spinning_friction, 0.0, unit="m"
+        )
+        material.restitution = checks.number(name, "restitution", restitution, 0.0, 1.0)
+        x = checks.vector(name, "position", position, unit="m")
+        q = checks.quaternion(name, "orientation", orientation)
+        v = checks.vector(name, "linear_velocity", linear_velocity, unit="m/s")
+        w = checks.vector(name, "angular_velocity", angular_velocity, unit="rad/s")
+        particle = isinstance(shape, _core.Particle)
+        if type == "static" and (v.any() or w.any()):
+            field = "linear_velocity" if v.any() else "angular_velocity"
+            raise SceneError(f"body {name!r} is static; {field} must be zero", body=name, field=field)
+        if particle and w.any():
+            raise SceneError(
+                f"body {name!r} is a particle and does not rotate; angular_velocity must be zero",
+                body=name,
+                field="angular_velocity",
+            )
+        total, com, moments = _mass_properties(
+            name, shape, type, mass, density, inertia, center_of_mass
+        )
+        if particle and type != "dynamic":
+            raise SceneError.about(name, "shape", shape, f"a shape with a surface for a {type} body")
+        parsed = _frames(name, frames or {})
+        row = self._add(
+            shape, name, _TYPES[type], total, com, moments, x, q, v, w, material, particle
+        )
+        body = Body(self, row, name, type, shape, parsed)
+        self._bodies.append(body)
+        self._by_name[name] = body
+        return body
+
+    def remove(self, body: Body) -> None:
+        """Takes the body out; later rows move up. Raises `SceneError` when it is not in this world."""
+        if body._world is not self:
+            raise SceneError(f"body {body.name!r} is not in this world", body=body.name)
+        self._remove(body._row)
+        del self._bodies[body._row]
+        del self._by_name[body.name]
+        body._world = None
+        for row, other in enumerate(self._bodies):
+            other._row = row
+
+
+def _mass_properties(
+    name: str,
+    shape: Any,
+    type: str,
+    mass: float | None,
+    density: float | None,
+    inertia: ArrayLike | None,
+    center_of_mass: ArrayLike | None,
+) -> tuple[float, Array, Array]:
+    """(mass, centre of mass, inertia); mass 0 for bodies that have none."""
+    com = None
+    if center_of_mass is not None:
+        com = checks.vector(name, "center_of_mass", center_of_mass, unit="m")
+    if mass is not None:
+        checks.number(name, "mass", mass, 0.0, above=True, unit="kg")
+    if density is not None:
+        checks.number(name, "density", density, 0.0, above=True, unit="kg/m³")
+    matrix = None if inertia is None else checks.inertia(name, inertia)
+    if type != "dynamic":
+        return 0.0, np.zeros(3) if com is None else com, np.zeros((3, 3))
+    if isinstance(shape, _STATIC_ONLY):
+        raise SceneError.about(
+            name,
+            "type",
+            type,
+            f"'static' for a {_core.shape_name(shape)}"
+            " (for a dynamic body take a convex hull or a compound)",
+        )
+    if (mass is None) == (density is None):
+        given = "neither" if mass is None else "both"
+        raise SceneError(
+            f"body {name!r}: {given} of mass and density given; a dynamic body needs exactly one",
+            body=name,
+            field="mass",
+        )
+    if isinstance(shape, _core.Particle):
+        if mass is None:
+            raise SceneError(
+                f"body {name!r}: density is {density!r}; a particle has no volume, give its mass",
+                body=name,
+                field="density",
+            )
+        if com is not None or matrix is not None:
+            field = "center_of_mass" if com is not None else "inertia"
+            raise SceneError(
+                f"body {name!r}: a particle has no {field}; leave it out", body=name, field=field
+            )
+        return float(mass), np.zeros(3), np.zeros((3, 3))
+    volume, shape_com, unit_inertia = _core.unit_density_mass(shape)
+    total = float(mass) if mass is not None else float(density) * volume  # type: ignore[arg-type]
+    shape_inertia = unit_inertia * (total / volume)
+    if com is None:
+        com = shape_com
+    elif matrix is None:
+        # The given centre of mass is not the shape's: the shape's inertia, seen from there.
+        d = com - shape_com
+        shape_inertia = shape_inertia + total * (d @ d * np.eye(3) - np.outer(d, d))
+    result = shape_inertia if matrix is None else matrix
+    if not (np.isfinite(result).all() and result.diagonal().min() > 0 and total > 0):
+        raise SceneError(
+            f"body {name!r}: mass {total:g} kg and inertia {result.diagonal().tolist()} are not"
+            " usable numbers; choose a larger shape or mass",
+            body=name,
+            field="mass",
+        )
+    return total, com, result
+
+
+def _frames(
+    body: str, frames: Mapping[str, tuple[ArrayLike, ArrayLike]]
+) -> dict[str, tuple[Array, Array]]:
+    parsed: dict[str, tuple[Array, Array]] = {}
+    for key, value in frames.items():
+        checks.name(key, "frame", parsed)
+        if key == "com":
+            raise SceneError(
+                f"body {body!r}: frame name 'com' is taken by the centre of mass", body=body
+            )
+        try:
+            position, orientation = value
+        except (TypeError, ValueError):
+            raise SceneError.about(body, f"frames.{key}", value, "(position, orientation)") from None
+        parsed[key] = (
+            checks.vector(body, f"frames.{key}.position", position, unit="m"),
+            checks.quaternion(body, f"frames.{key}.orientation", orientation),
+        )
+    return parsed
