@@ -127,12 +127,9 @@ class Scene:
         document = self._document
         world = _located(document, ("settings",), None, lambda: World(**chosen))
         for row, body in enumerate(self.bodies):
-            given = {key: value for key, value in body.items() if key != "shape"}
-            if "frames" in given:
-                given["frames"] = {name: _pose(frame) for name, frame in given["frames"].items()}
             at, name = ("bodies", row), body["name"]
             shape = _located(document, (*at, "shape"), name, lambda b=body: _shape(b["shape"]))
-            _located(document, at, name, lambda s=shape, g=given: world.add_body(s, **g))
+            _located(document, at, name, lambda s=shape, b=body: world.add_body(s, **_given(b)))
         return world
 
     def to_yaml(self) -> str:
@@ -183,6 +180,19 @@ def _located(
             sentence = f"body {body!r}: {sentence}"
         line = document.line((*path, *inner))
         raise SceneError(f"{document.name}:{line}: {sentence}", body=body, field=name) from error
+
+
+def add_body(world: World, body: dict[str, Any]) -> Any:
+    """Adds one body, described as in a scene file, and returns it. Raises SceneError."""
+    return world.add_body(_shape(body["shape"]), **_given(body))
+
+
+def _given(body: dict[str, Any]) -> dict[str, Any]:
+    """The arguments of World.add_body in a body's description."""
+    given = {key: value for key, value in body.items() if key != "shape"}
+    if "frames" in given:
+        given["frames"] = {name: _pose(frame) for name, frame in given["frames"].items()}
+    return given
 
 
 def _pose(frame: dict[str, Any]) -> tuple[list[float], list[float]]:

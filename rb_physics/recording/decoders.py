@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import NamedTuple
 
@@ -116,3 +117,11 @@ def decode_multi_array(data: bytes, dtype: str) -> tuple[tuple[str, ...], NDArra
     if int(np.prod(shape, dtype=np.int64)) != len(values):
         raise ValueError(f"{len(values)} values for shape {shape}")
     return tuple(label for label, _, _ in dimensions), values.reshape(shape)
+
+
+def decode_json_list(data: bytes) -> list[str]:
+    """std_msgs/msg/String that holds a JSON list of texts. Raises ValueError."""
+    content = json.loads(decode_string(data))
+    if not isinstance(content, list) or not all(isinstance(item, str) for item in content):
+        raise ValueError("not a JSON list of texts")
+    return content

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,6 +15,35 @@ from .mcap_log import RecordingError
 
 _RECORD_LIMIT = 256 * 1024 * 1024  # bytes one record of a file may claim
 _METADATA_LIMIT = 64 * 1024 * 1024  # bytes of metadata.yaml
+
+
+def _decompressed(chunk: Any) -> Any:
+    """The chunk with its data uncompressed, never more than it announces. Raises ValueError."""
+    size, data = chunk.uncompressed_size, chunk.data
+    if size > _RECORD_LIMIT:
+        raise ValueError(f"it claims {size} bytes")
+    if chunk.compression == "zstd":
+        import zstandard
+
+        try:
+            with zstandard.ZstdDecompressor(max_window_size=2**27).stream_reader(data) as reader:
+                data = reader.read(size + 1)
+        except zstandard.ZstdError as error:
+            raise ValueError(str(error)) from None
+    elif chunk.compression == "lz4":
+        import lz4.frame
+
+        try:
+            data = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
+        except (RuntimeError, EOFError) as error:
+            raise ValueError(str(error)) from None
+    elif chunk.compression != "":
+        raise ValueError(f"its compression {chunk.compression!r} is not known")
+    if len(data) != size:
+        raise ValueError(f"it holds {len(data)} bytes instead of {size}")
+    if chunk.uncompressed_crc != 0 and zlib.crc32(data) != chunk.uncompressed_crc:
+        raise ValueError("its checksum is wrong")
+    return replace(chunk, compression="", data=data)
 
 
 class LogMessage(NamedTuple):
@@ -34,7 +66,9 @@ class Recording:
             raise RecordingError(f"{directory} {what}; give the folder of a recording")
         self.metadata = self._read_metadata()
         self.files = self._find_files()
-        self.torn: list[Path] = []  # files without an end, known after reading them
+        self.torn: list[Path] = []  # files without an end; this and the next two after reading
+        self.torn_bytes = 0  # behind the last whole record of those
+        self.damaged_chunks = 0
 
     def _read_metadata(self) -> dict[str, Any]:
         path = self.directory / "metadata.yaml"
@@ -76,27 +110,52 @@ class Recording:
                 raise RecordingError(f"{path} is missing, though metadata.yaml lists it")
         return files
 
-    def records(self) -> Iterator[tuple[Path, Any]]:
-        """(file, MCAP record) in order; each file ends at its end or where it is torn."""
-        from mcap.exceptions import McapError
-        from mcap.stream_reader import StreamReader
+    def records(self, skip_damaged: bool = False) -> Iterator[tuple[Path, Any]]:
+        """(file, MCAP record) in order, chunks taken apart; a file ends at its end or where it is
+        torn (then it is in `torn`).
 
+        Raises RecordingError for a damaged chunk, or skips and counts it in `damaged_chunks`.
+        """
+        from mcap.exceptions import McapError
+        from mcap.records import Chunk, Footer
+        from mcap.stream_reader import StreamReader, breakup_chunk
+
+        self.torn, self.torn_bytes, self.damaged_chunks = [], 0, 0
         for path in self.files:
+            complete, good = False, 0
             try:
                 with open(path, "rb") as file:
-                    reader = StreamReader(file, record_size_limit=_RECORD_LIMIT)
+                    reader = StreamReader(file, emit_chunks=True, record_size_limit=_RECORD_LIMIT)
                     for record in reader.records:
-                        yield path, record
+                        good = file.tell()
+                        complete = isinstance(record, Footer)
+                        if not isinstance(record, Chunk):
+                            yield path, record
+                            continue
+                        try:
+                            parts = breakup_chunk(_decompressed(record), validate_crc=False)
+                        except (McapError, ValueError, struct.error, UnicodeDecodeError) as error:
+                            self._damaged(path, good, skip_damaged, error)
+                            continue
+                        for part in parts:
+                            yield path, part
             except OSError as error:
                 raise RecordingError(f"{path} can't be read: {error.strerror}") from None
-            except (McapError, ValueError, EOFError, RuntimeError, KeyError, OverflowError,
-                    MemoryError) as error:  # fmt: skip
-                self.torn.append(path)
-                self.torn_reason = f"{type(error).__name__}: {error}"
-            except Exception as error:  # struct.error and the decompressors' own
-                if type(error).__module__ not in ("struct", "zstandard", "zstd", "lz4.frame"):
+            except (McapError, ValueError, struct.error, UnicodeDecodeError) as error:
+                if isinstance(error, RecordingError):
                     raise
+                complete = False
+            if not complete:
                 self.torn.append(path)
+                self.torn_bytes += path.stat().st_size - good
+
+    def _damaged(self, path: Path, end: int, skip: bool, error: Exception) -> None:
+        if not skip:
+            raise RecordingError(
+                f"{path} is damaged in the chunk before byte {end} ({error}): "
+                f"`rb_physics recover {self.directory}` keeps the rest"
+            )
+        self.damaged_chunks += 1
 
     def messages(self, topics: set[str] | None = None) -> Iterator[LogMessage]:
         """Every message in the order of the log; `topics` None: all."""

@@ -291,22 +291,29 @@ def _topics_text(outputs: Outputs) -> bytes:
     return json.dumps([asdict(topic) for topic in outputs.topics]).encode()
 
 
-def _notes(world: Any, scene: Any, node_name: str) -> dict[str, str]:
-    """What a repetition compares first: versions, machine, settings."""
+def environment() -> dict[str, str]:
+    """Versions and machine: what a repetition compares first."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:
         own = version("rb_physics")
     except PackageNotFoundError:
         own = "source tree"
-    settings = {k: plain(v) for k, v in asdict(world.settings).items()}
     return {
-        "format_version": str(FORMAT_VERSION),
         "rb_physics": own,
         "numpy": np.__version__,
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}",
         "cpu": _cpu(),
+    }
+
+
+def _notes(world: Any, scene: Any, node_name: str) -> dict[str, str]:
+    """What is noted in every file and in metadata.yaml."""
+    settings = {k: plain(v) for k, v in asdict(world.settings).items()}
+    return {
+        "format_version": str(FORMAT_VERSION),
+        **environment(),
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "node_name": node_name,
         "scene": getattr(scene, "name", ""),

@@ -16,7 +16,7 @@ from .log_reader import Recording
 from .mcap_log import RecordingError
 from .rerun_log import RerunLog, contents_of, require
 
-_SETTLE = 4.0  # s the viewer gets to draw after time was set, and to hide its greeting
+_SETTLE = 6.0  # s the viewer gets to draw after time was set, and to hide its greeting
 
 
 def write_rrd(recording: str | Path, path: str | Path) -> Path:

@@ -1,0 +1,119 @@
+"""A whole bag from a recording that was torn off or damaged; the original is never touched."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from .log_reader import Recording
+from .mcap_log import Attachment, RecordingError
+from .rosbag2 import FileInfo, bag_metadata, write_atomically
+from .topics import Qos
+
+
+class Recovered(NamedTuple):
+    """What `recover` saved."""
+
+    directory: Path
+    messages: int
+    until: float  # s of log time, of the last message
+    torn_bytes: int  # behind the last whole record
+    damaged_chunks: int  # left out
+
+
+def recover(recording: str | Path) -> Recovered:
+    """Copies every whole message of DIR into DIR_recovered. Raises RecordingError."""
+    from mcap.records import Attachment as AttachmentRecord
+    from mcap.records import Channel, Message, Metadata, Schema
+    from mcap.writer import CompressionType, Writer
+
+    log = Recording(recording)
+    source = log.directory.resolve()
+    target = source.with_name(source.name + "_recovered")
+    if target.exists():
+        raise RecordingError(
+            f"{target} exists already and is never overwritten: move it away first"
+        )
+    target.mkdir()
+    info = FileInfo(f"{target.name}_0.mcap")
+    topics: dict[int, Any] = {}  # channel in the copy -> its record
+    counts: dict[int, int] = {}
+    types: dict[int, str] = {}
+    custom: dict[str, str] = {}
+    with open(target / info.path, "xb") as file:
+        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer.start(profile="ros2", library="rb_physics recover")
+        current: Path | None = None
+        schemas: dict[int, int] = {}
+        channels: dict[int, int] = {}
+        known_schemas: dict[tuple[str, bytes], int] = {}
+        known_channels: dict[tuple[str, int], int] = {}
+        attached: set[str] = set()
+        for path, record in log.records(skip_damaged=True):
+            if path != current:
+                current, schemas, channels = path, {}, {}
+            if isinstance(record, Schema):
+                key = (record.name, record.data)
+                if key not in known_schemas:
+                    known_schemas[key] = writer.register_schema(
+                        record.name, record.encoding, record.data
+                    )
+                    types[known_schemas[key]] = record.name
+                schemas[record.id] = known_schemas[key]
+            elif isinstance(record, Channel) and record.schema_id in schemas:
+                schema = schemas[record.schema_id]
+                name = (record.topic, schema)
+                if name not in known_channels:
+                    channel = writer.register_channel(
+                        record.topic, record.message_encoding, schema, record.metadata
+                    )
+                    known_channels[name] = channel
+                    topics[channel], counts[channel] = (record, types[schema]), 0
+                channels[record.id] = known_channels[name]
+            elif isinstance(record, Message) and record.channel_id in channels:
+                channel = channels[record.channel_id]
+                writer.add_message(
+                    channel, record.log_time, record.data, record.publish_time, record.sequence
+                )
+                counts[channel] += 1
+                info.start = record.log_time if info.start is None else info.start
+                info.end = max(info.end, record.log_time)
+                info.message_count += 1
+            elif isinstance(record, AttachmentRecord) and record.name not in attached:
+                attached.add(record.name)
+                writer.add_attachment(
+                    record.create_time, record.log_time,
+                    *Attachment(record.name, record.media_type, record.data),
+                )  # fmt: skip
+            elif isinstance(record, Metadata) and record.name not in attached:
+                attached.add(record.name)
+                writer.add_metadata(record.name, record.metadata)
+                if record.name == "rb_physics":
+                    custom = dict(record.metadata)
+        custom |= {"recovered_from": source.name, "torn_bytes": str(log.torn_bytes)}
+        writer.add_metadata("rb_physics_recovered", custom)
+        writer.finish()
+    listed = [
+        (record.topic, type_name, _qos(record.metadata), counts[channel])
+        for channel, (record, type_name) in topics.items()
+    ]
+    try:
+        text = bag_metadata([info], listed, custom)
+    except LookupError as error:  # a message type that isn't installed here
+        raise RecordingError(f"{target} holds all messages but no metadata.yaml: {error}") from None
+    write_atomically(target / "metadata.yaml", text)
+    return Recovered(
+        target, info.message_count, info.end * 1e-9, log.torn_bytes, log.damaged_chunks
+    )
+
+
+def _qos(metadata: dict[str, str]) -> Qos:
+    """The QoS noted with a channel, as far as it can be read."""
+    import yaml
+
+    try:
+        [offered] = yaml.safe_load(metadata["offered_qos_profiles"])
+        return Qos(offered["reliability"], offered["durability"], offered["history"],
+                   int(offered["depth"]))  # fmt: skip
+    except (KeyError, TypeError, ValueError, yaml.YAMLError):
+        return Qos()

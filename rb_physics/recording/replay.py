@@ -1,0 +1,248 @@
+"""Repeating a run from its log: the scene is built again, every logged change of the world is done
+again before the same step, and the state hash of each step is compared.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import decoders
+from .log_reader import Recording
+from .mcap_log import RecordingError
+from .operations import Operation, Operations
+from .operations import from_json as operation_from_json
+from .recorder import FORMAT_VERSION, environment
+
+_QUANTITIES = ("position", "orientation", "linear_velocity", "angular_velocity")
+_AT_ONCE = 256  # steps between two looks at the hashes
+
+
+class Difference(NamedTuple):
+    """Where a repetition left the recording."""
+
+    step: int  # first step whose hash differs
+    seen_step: int  # step at which the quantity was compared, the first logged one from there on
+    body: str
+    quantity: str
+    recorded: str
+    repeated: str
+
+
+class Verification(NamedTuple):
+    """The outcome of `verify`."""
+
+    steps: int  # steps compared and equal
+    duration: float  # s of simulated time they cover
+    difference: Difference | None
+    remarks: tuple[str, ...]  # differences of version and machine
+
+    @property
+    def text(self) -> str:
+        """For people."""
+        lines = list(self.remarks)
+        d = self.difference
+        if d is None:
+            lines.append(f"identical, {self.steps} steps, {self.duration:g} s")
+        else:
+            lines.append(f"differs from step {d.step} on, after {self.steps} identical steps")
+            if d.body:
+                lines.append(
+                    f"at step {d.seen_step}, body {d.body}: {d.quantity} recorded {d.recorded}, "
+                    f"repeated {d.repeated}"
+                )
+            else:
+                lines.append(d.quantity)
+        return "\n".join(lines)
+
+
+class Run:
+    """What is needed to repeat a recorded run. Raises RecordingError when something is missing."""
+
+    def __init__(self, recording: str | Path) -> None:
+        self.log = log = Recording(recording)
+        self.notes = notes = log.custom_data
+        if "format_version" not in notes:
+            raise RecordingError(f"{log.directory} was not made by rb_physics")
+        if not notes["format_version"].isdigit() or int(notes["format_version"]) > FORMAT_VERSION:
+            raise RecordingError(
+                f"{log.directory} has format version {notes['format_version']}; this rb_physics "
+                f"reads up to {FORMAT_VERSION}: install a newer one"
+            )
+        attachments = log.attachments()
+        if "scene.yaml" not in attachments:
+            raise RecordingError(
+                f"{log.directory} holds no scene: it was recorded from a world built by a program, "
+                "and only that program can repeat it"
+            )
+        self.scene_text = attachments["scene.yaml"].decode("utf-8", "replace")
+        namespace = "/" + notes["node_name"].strip("/") + "/"
+        hashes: list[NDArray] = []
+        self.operations: list[Operation] = []
+        self.snapshots: dict[int, bytes] = {}
+        self.poses: dict[int, NDArray] = {}
+        names = {namespace + n: n for n in ("state_hash", "operations", "snapshots", "poses")}
+        try:
+            for message in log.messages(set(names)):
+                kind = names[message.topic]
+                if kind == "state_hash":
+                    hashes.append(decoders.decode_multi_array(message.data, "u8")[1])
+                elif kind == "operations":
+                    text = decoders.decode_string(message.data)
+                    self.operations.append(operation_from_json(text))
+                elif kind == "snapshots":
+                    (label,), data = decoders.decode_multi_array(message.data, "u1")
+                    self.snapshots[int(label.removeprefix("step "))] = data.tobytes()
+                else:
+                    self.poses[message.step] = decoders.decode_pose_array(message.data)[2]
+        except (ValueError, TypeError) as error:
+            raise RecordingError(f"{log.directory} is damaged: {error}") from None
+        rows = np.concatenate(hashes) if hashes else np.empty((0, 2), np.uint64)
+        self.steps, self.hashes = rows[:, 0].astype(np.int64), rows[:, 1]
+        if len(self.steps) and not np.array_equal(self.steps, np.arange(1, len(self.steps) + 1)):
+            raise RecordingError(f"{log.directory}: the state hashes of some steps are missing")
+        if 0 not in self.snapshots:
+            raise RecordingError(f"{log.directory}: the snapshot of the start is missing")
+
+    def build(self, **settings: Any) -> Any:
+        """A new world at the start of the run; `settings` replace recorded ones (threads, ...)."""
+        from ..scene import Scene
+
+        chosen = json.loads(self.notes["settings"]) | settings
+        world = Scene.from_yaml(self.scene_text, source=f"{self.log.directory}/scene.yaml").build(
+            **chosen
+        )
+        world.restore(self.snapshots[0])
+        return world
+
+
+class Repetition:
+    """Repeats a run step by step. `step` counts as in the recording."""
+
+    def __init__(self, run: Run, **settings: Any) -> None:
+        self._run = run
+        self.world = run.build(**settings)
+        self._operations = Operations(self.world)
+        self._pending = list(reversed(run.operations))
+        self.step = 0
+
+    def skip_to(self, step: int) -> None:
+        """Jumps to a snapshot; bodies come and go as they did before it."""
+        while self._pending and self._pending[-1].step < step:
+            operation = self._pending.pop()
+            if operation.name in ("add_body", "remove_body"):
+                self._operations.perform(operation.name, operation.arguments)
+        self.world.restore(self._run.snapshots[step])
+        self.step = step
+
+    def advance(self, until: int) -> NDArray:
+        """Steps to `until`, at most to the next logged change after the present one; the hashes."""
+        while self._pending and self._pending[-1].step <= self.step:
+            operation = self._pending.pop()
+            self._operations.perform(operation.name, operation.arguments)
+        if self._pending:
+            until = min(until, self._pending[-1].step)
+        self.world.keep_hashes = True
+        self.world.drain_hashes()
+        self.world.step(until - self.step)
+        self.step = until
+        return np.asarray(self.world.drain_hashes(), np.uint64)
+
+
+def verify(
+    recording: str | Path,
+    *,
+    start: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **settings: Any,
+) -> Verification:
+    """Repeats a recording and compares the state hash of every step.
+
+    Args:
+        start: s of log time; begins at the last snapshot not after it instead of the start.
+        progress: called with (steps done, steps in all).
+        settings: replace recorded ones; those that must not matter, such as threads.
+
+    Raises RecordingError.
+    """
+    run = Run(recording)
+    dt = float(run.notes["dt"])
+    repetition = Repetition(run, **settings)
+    if start is not None:
+        repetition.skip_to(max(s for s in run.snapshots if s == 0 or s * dt <= start + dt / 2))
+    first = repetition.step
+    last = len(run.hashes)
+    while repetition.step < last:
+        before = repetition.step
+        hashes = repetition.advance(min(before + _AT_ONCE, last))
+        wrong = np.nonzero(hashes != run.hashes[before : before + len(hashes)])[0]
+        if len(wrong):
+            step = before + int(wrong[0]) + 1
+            difference = _locate(run, step, first, settings)
+            return Verification(
+                step - 1 - first, (step - 1 - first) * dt, difference, _remarks(run)
+            )
+        if progress is not None:
+            progress(repetition.step - first, last - first)
+    steps = repetition.step - first
+    return Verification(steps, steps * dt, None, _remarks(run))
+
+
+def _locate(run: Run, step: int, first: int, settings: dict[str, Any]) -> Difference:
+    """The first body and quantity that differ in what was logged from `step` on."""
+    logged = sorted({s for s in run.poses if s >= step} | {s for s in run.snapshots if s >= step})
+    repetition = Repetition(run, **settings)
+    if first:
+        repetition.skip_to(first)
+    other = Repetition(run, **settings)
+    for seen in logged:
+        while repetition.step < seen:
+            repetition.advance(seen)
+        names = [body.name for body in repetition.world.bodies]
+        if seen in run.snapshots:
+            other.skip_to(seen)
+            for quantity in _QUANTITIES:
+                rows = getattr(other.world, _plural(quantity))
+                found = _first(rows, getattr(repetition.world, _plural(quantity)))
+                if found is not None:
+                    row, a, b = found
+                    return Difference(step, seen, names[row], quantity, a, b)
+        elif len(run.poses[seen]) == len(names):
+            for quantity, columns in (("position", slice(0, 3)), ("orientation", slice(3, 7))):
+                found = _first(
+                    run.poses[seen][:, columns], getattr(repetition.world, _plural(quantity))
+                )
+                if found is not None:
+                    row, a, b = found
+                    return Difference(step, seen, names[row], quantity, a, b)
+    return Difference(
+        step, step, "", "no logged pose differs: the difference is in velocities, contact forces or "
+        "applied wrenches between two logged states", "", "",
+    )  # fmt: skip
+
+
+def _plural(quantity: str) -> str:
+    return quantity.replace("velocity", "velocities") if "velocity" in quantity else quantity + "s"
+
+
+def _first(recorded: NDArray, repeated: NDArray) -> tuple[int, str, str] | None:
+    rows = np.nonzero(np.any(recorded != repeated, axis=1))[0]
+    if not len(rows):
+        return None
+    row = int(rows[0])
+    return row, str(recorded[row].tolist()), str(repeated[row].tolist())
+
+
+def _remarks(run: Run) -> tuple[str, ...]:
+    """What is different here from where the recording was made."""
+    here = environment()
+    return tuple(
+        f"recorded with {key} {run.notes[key]}, repeated with {value}"
+        for key, value in here.items()
+        if key in run.notes and run.notes[key] != value
+    )
