@@ -82,7 +82,7 @@ SANITIZE = os.environ.get("RB_PHYSICS_SANITIZE") == "1"
 
 # -ffp-contract=off: fused multiply-adds round differently from machine to machine, and a run must
 # repeat bit for bit. For the same reason no -ffast-math and no -march=native.
-compile_args = ["-O3", "-ffp-contract=off", "-Wall", "-Wextra", "-MMD"]
+compile_args = ["-O3", "-g0", "-ffp-contract=off", "-Wall", "-Wextra", "-MMD"]
 compile_args += ["-isystem", eigen_include_dir()]
 link_args: list[str] = []
 if WERROR:
