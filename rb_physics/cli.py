@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .scene import Scene
     from .world import World
 
+BATCH = 100  # steps; long enough not to slow down, short enough to show progress and take Ctrl-C
 LINE_EVERY = 5.0  # s of wall time between progress lines where there is no terminal
 
 
@@ -123,32 +124,33 @@ def view(recording: Path, png: Path | None, moment: float | None) -> None:
     if png is None:
         open_viewer(recording)
         return
-    render_png(recording, png, time=moment)
+    for problem in render_png(recording, png, time=moment):
+        click.echo(f"Rerun reports: {problem}", err=True)
     click.echo(f"rendered {png}")
 
 
 def _simulate(world: World, steps: int) -> None:
-    # Long enough not to be seen in the speed, short enough to show progress and take Ctrl-C.
     with _Progress(steps, world.dt) as progress:
-        done = 0
-        while done < steps:
-            count = min(100, steps - done)
+        while (left := steps - progress.done) > 0:
+            count = min(left, BATCH)
             world.step(count)
-            done += count
             progress(count)
 
 
 def _simulate_recorded(world: World, steps: int, scene: Scene, folder: Path, rerun: str) -> None:
-    from .recording import Recorder, load_topics
+    from .recording import Recorder, RecordingError, load_topics
 
     with (
         Recorder(world, folder, scene=scene, topics=load_topics(), rerun=rerun) as recorder,
         _Progress(steps, world.dt) as progress,
     ):
-        for _ in range(steps):
-            world.step()
+        while (left := steps - progress.done) > 0:
+            count = min(left, BATCH, recorder.steps_until_due())
+            world.step(count)
             recorder.after_step()
-            progress(1)
+            progress(count)
+            if recorder.error is not None:
+                raise RecordingError(f"recording stopped at {world.time:g} s: {recorder.error}")
 
 
 def _report(world: World, steps: int, elapsed: float) -> None:
