@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from pathlib import Path
@@ -80,6 +81,8 @@ def run(scene: str, duration: float, record: Path | None, no_rerun: bool) -> Non
         raise click.UsageError("--no-rerun goes with --record DIR only.")
     loaded = load_scene(scene)
     world = loaded.build()
+    if math.isnan(duration):  # passes every range
+        raise click.UsageError("--duration is nan; it must be a number of seconds.")
     steps = round(duration / world.dt)
     if steps < 1:
         raise click.UsageError(f"--duration {duration} s is less than one step of {world.dt} s.")
