@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "shape/polyhedron_mass.hpp"
+
 namespace rb {
 namespace {
 
@@ -157,35 +159,6 @@ void join_edges(MeshData& mesh) {
 }
 
 }  // namespace
-
-MassProperties polyhedron_mass(const std::vector<Vec3>& vertices,
-                               const std::vector<Triangle>& triangles) {
-  // Tetrahedra from a vertex of the surface to every triangle; far from the world's origin nothing
-  // cancels that way. A tetrahedron (0, a, b, c) of volume V has first moment V (a + b + c) / 4 and
-  // second moment V / 20 (sum of squares + square of the sum).
-  const Vec3 origin = vertices[triangles[0][0]];
-  double volume = 0.0;
-  Vec3 first = Vec3::Zero();
-  Mat3 second = Mat3::Zero();
-  for (const Triangle& t : triangles) {
-    const Vec3 a = vertices[t[0]] - origin, b = vertices[t[1]] - origin,
-               c = vertices[t[2]] - origin;
-    const double v = a.dot(b.cross(c)) / 6.0;
-    const Vec3 sum = a + b + c;
-    volume += v;
-    first += 0.25 * v * sum;
-    second += v / 20.0 *
-              (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
-  }
-  MassProperties m;
-  m.mass = volume;
-  if (!(std::abs(volume) > 0.0)) return m;
-  const Vec3 center = first / volume;
-  second -= volume * center * center.transpose();
-  m.center_of_mass = origin + center;
-  m.inertia = second.trace() * Mat3::Identity() - second;
-  return m;
-}
 
 TriangleMesh make_triangle_mesh(const std::vector<Vec3>& vertices,
                                 const std::vector<Triangle>& triangles) {

@@ -47,9 +47,4 @@ struct MeshData {
 TriangleMesh make_triangle_mesh(const std::vector<Vec3>& vertices,
                                 const std::vector<std::array<std::int32_t, 3>>& triangles);
 
-// Volume, centre of mass and inertia of the solid inside a closed surface (Mirtich 1996, by signed
-// tetrahedra), density 1 kg/m^3.
-MassProperties polyhedron_mass(const std::vector<Vec3>& vertices,
-                               const std::vector<std::array<std::int32_t, 3>>& triangles);
-
 }  // namespace rb

@@ -1,5 +1,7 @@
 #include "shape/polyhedron_mass.hpp"
 
+#include <cmath>
+
 namespace rb {
 
 MassProperties polyhedron_mass(const std::vector<Vec3>& vertices,
@@ -21,6 +23,7 @@ MassProperties polyhedron_mass(const std::vector<Vec3>& vertices,
         det * (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose());
   }
   const double mass = volume_6 / 6.0;
+  if (!(std::abs(mass) > 0.0)) return {mass, origin, Mat3::Zero()};  // flat: no inside
   const Vec3 center = first_24 / (24.0 * mass);
   const Mat3 covariance = second_120 / 120.0 - mass * center * center.transpose();
   const Mat3 inertia = covariance.trace() * Mat3::Identity() - covariance;
