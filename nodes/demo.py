@@ -32,6 +32,7 @@ def main(arguments: list[str] | None = None) -> int:
     # A domain of its own, on this machine only: neither hears other robots nor disturbs them.
     os.environ["ROS_DOMAIN_ID"] = str(100 + os.getpid() % 100)
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends like Ctrl-C
     before = set(_runs(options.record_dir))
     print("starting sim_node and, as a second process, the example node pusher")
     node = _start(
@@ -87,10 +88,11 @@ def _start(module: str, **parameters: object) -> subprocess.Popen[bytes]:
 def _watch(node: subprocess.Popen[bytes]) -> Report | None:
     """Listen until the simulated time is over or the node ends."""
     import rclpy
+    from rclpy.signals import SignalHandlerOptions
     from std_srvs.srv import SetBool
     from tqdm import tqdm
 
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     observer = rclpy.create_node("demo_observer")
     report = Report(observer, TOWER)
     pause = observer.create_client(SetBool, "/sim_node/pause")

@@ -64,7 +64,7 @@ class Diagnostics:
             "refused_stamp": counters["refused_stamp"],
             "dropped": inbox.dropped,
             "discarded_by_reset": counters["discarded_by_reset"],
-            "active_wrenches": self._inputs.wrenches.active,
+            "active_wrenches": self._inputs.wrenches.active(int(self._world.step_count)),
         }
         text = "messages were refused" if new else "all messages accepted"
         return (WARN if new else OK), "sim_node: inputs", text, "", values

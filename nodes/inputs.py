@@ -53,14 +53,23 @@ class Inputs:
                 self._sources[index] = len(sources)
                 name = topic.name.rsplit("/wrench", 1)[-1].strip("/")
                 sources.append(WrenchSource(str(topic.body), name, topic.name))
-        frames = {
-            body.name: WrenchFrames(body.name, body.center_of_mass, body.frames)
-            for body in world.bodies
-        }
-        centers = {body.name: body.center_of_mass for body in world.bodies}
+        self._check_bodies(world)
+        moving = [body for body in world.bodies if body.type != "static"]
+        frames = {b.name: WrenchFrames(b.name, b.center_of_mass, b.frames) for b in moving}
+        centers = {body.name: body.center_of_mass for body in moving}
         self.wrenches = WrenchInputs(sources, frames, world.settings.dt, wrench_timeout)
         self.motions = KinematicInputs(centers, world.settings.dt, cmd_vel_timeout)
         self.lockstep = Lockstep(len(sources)) if lockstep else None
+
+    def _check_bodies(self, world: Any) -> None:
+        for topic in self.topics:
+            needed = "dynamic" if topic.content == "wrench" else "kinematic"
+            given = world[topic.body].type
+            if given != needed:
+                raise ValueError(
+                    f"topic {topic.name} is for a {needed} body, but '{topic.body}' is {given}: "
+                    f"take it out of `bodies` in topics.yaml"
+                )
 
     def receive(self, world: Any, step: int) -> list[tuple[Topic, bytes]]:
         """Take in what has arrived, for step `step`. Returns the messages that were accepted."""
@@ -95,7 +104,7 @@ class Inputs:
             if self.lockstep is not None:
                 start_ns = round(world.time * 1e9)
                 self.lockstep.admit(source, topic.name, message.time_ns, start_ns)
-            self.wrenches.hold(source, wrench, step)
+            self.wrenches.hold(source, wrench)
         elif topic.content == "cmd_pose":
             self.motions.receive_pose(
                 world, body, message.frame_id, values, message.time_ns * 1e-9, step
@@ -103,11 +112,15 @@ class Inputs:
         else:
             self.motions.receive_twist(body, message.frame_id, values, step)
 
-    def clear(self, world: Any, perform: Perform) -> None:
+    def apply(self, world: Any, step: int, perform: Perform) -> None:
+        """Let everything received act from step `step` on."""
+        self.wrenches.apply(step, perform)
+        self.motions.apply(world, step, perform)
+
+    def clear(self, step: int, perform: Perform) -> None:
         """Forget everything commanded so far, messages that still wait included."""
         self.counters["discarded_by_reset"] += len(self.inbox.take())
-        self.wrenches.clear()
-        self.wrenches.apply(world, 0, perform)
-        self.motions.clear(world, perform)
+        self.wrenches.clear(step, perform)
+        self.motions.clear(perform)
         if self.lockstep is not None:
             self.lockstep.next_step()

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from .refused import RefusedValueError, UnknownFrameError
 from .wrench_frames import COM, WORLD
-from .wrench_inputs import FOREVER, Perform, rotate
+from .wrench_inputs import FOREVER, Perform
 
+ZERO = (0.0, 0.0, 0.0)
 UNIT_TOLERANCE = 1e-3  # on the norm of a commanded quaternion, as in scene files
 
 
@@ -31,7 +32,13 @@ class Motion:
     angular: NDArray[np.float64]  # rad/s
     until_step: int | None
     goal: tuple[NDArray[np.float64], NDArray[np.float64]] | None  # body frame at the end
-    turning: str | None = None  # frame in which a twist was given, when it turns with the body
+    turning: bool = False  # velocities are given in body axes, which turn with the body
+
+    def next_change(self, step: int) -> int:
+        """The next step that needs a new order: the last one before a goal, or the end."""
+        end = self.until_step
+        assert end is not None
+        return end - 1 if self.goal is not None and step < end - 1 else end
 
 
 class KinematicInputs:
@@ -91,14 +98,13 @@ class KinematicInputs:
         if frame_id == body:
             linear = linear + np.cross(angular, self._com[body])
         until = None if self._hold_steps is None else step + self._hold_steps
-        turning = None if frame_id == WORLD else frame_id
-        self._motions[body] = Motion(linear, angular, until, None, turning)
+        self._motions[body] = Motion(linear, angular, until, None, turning=frame_id != WORLD)
         self._started.add(body)
 
-    def clear(self, world: Any, perform: Perform) -> None:
+    def clear(self, perform: Perform) -> None:
         """Stop every commanded body where it is."""
         for body in self._motions:
-            _move(perform, world[body], np.zeros(3), np.zeros(3))
+            perform("move", body=body, linear_velocity=ZERO, angular_velocity=ZERO)
         self._motions.clear()
         self._started.clear()
 
@@ -106,26 +112,25 @@ class KinematicInputs:
         """For how many steps from `step` on what the last `apply` did stays right; None: for ever."""
         if any(motion.turning for motion in self._motions.values()):
             return 1
-        ends = [m.until_step for m in self._motions.values() if m.until_step is not None]
+        ends = [m.next_change(step) for m in self._motions.values() if m.until_step is not None]
         return max(1, min(ends) - step) if ends else None
 
     def apply(self, world: Any, step: int, perform: Perform) -> None:
         """Give the kinematic bodies of `world` the motion they have in step `step`."""
         for body, motion in list(self._motions.items()):
-            if motion.until_step is not None and motion.until_step <= step:
-                _move(perform, world[body], np.zeros(3), np.zeros(3), motion.goal)
+            if motion.until_step is not None and step >= motion.until_step:
+                if motion.goal is None:
+                    perform("move", body=body, linear_velocity=ZERO, angular_velocity=ZERO)
                 del self._motions[body]
-                self._started.discard(body)
-            elif motion.turning is not None:
-                orientation = world[body].orientation
-                _move(
-                    perform,
-                    world[body],
-                    np.array(rotate(orientation, tuple(motion.linear))),
-                    np.array(rotate(orientation, tuple(motion.angular))),
-                )
-            elif body in self._started:
-                _move(perform, world[body], motion.linear, motion.angular)
+            elif motion.goal is not None and step == motion.until_step - 1:
+                position, orientation = motion.goal
+                perform("move", body=body, position=position, orientation=orientation)
+            elif body in self._started or motion.turning:
+                linear, angular = motion.linear, motion.angular
+                if motion.turning:
+                    orientation = world[body].orientation
+                    linear, angular = rotate(orientation, linear), rotate(orientation, angular)
+                perform("move", body=body, linear_velocity=linear, angular_velocity=angular)
         self._started.clear()
 
     def _check(
@@ -154,24 +159,12 @@ def rotation_vector(start: NDArray[np.float64], end: NDArray[np.float64]) -> NDA
     return difference[:3] * (2.0 * math.atan2(sine, difference[3]) / sine)
 
 
+def rotate(orientation: NDArray[np.float64], u: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`u` turned by the unit quaternion `orientation` (x, y, z, w)."""
+    cross = np.cross(orientation[:3], u)
+    return u + 2.0 * (orientation[3] * cross + np.cross(orientation[:3], cross))
+
+
 def _multiply(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     vector = a[3] * b[:3] + b[3] * a[:3] + np.cross(a[:3], b[:3])
     return np.array([*vector, a[3] * b[3] - a[:3] @ b[:3]])
-
-
-def _move(
-    perform: Perform,
-    body: Any,
-    linear: NDArray[np.float64],
-    angular: NDArray[np.float64],
-    pose: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
-) -> None:
-    position, orientation = pose if pose is not None else (body.position, body.orientation)
-    perform(
-        "move",
-        body=body.name,
-        position=position,
-        orientation=orientation,
-        linear_velocity=linear,
-        angular_velocity=angular,
-    )

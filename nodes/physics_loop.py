@@ -132,12 +132,10 @@ class PhysicsLoop:
 
     def _advance(self, allowed: int) -> None:
         world, step, inputs = self.world, self.step, self._inputs
-        inputs.wrenches.apply(world, step, self._perform)
-        inputs.motions.apply(world, step, self._perform)
+        inputs.apply(world, step, self._perform)
         limits = [
             allowed,
             self._sender.steps_until_due(world),
-            inputs.wrenches.steps_unchanged(step),
             inputs.motions.steps_unchanged(step),
             LONGEST_CHUNK,
             self._last_step - step if self._last_step is not None else None,
@@ -192,8 +190,7 @@ class PhysicsLoop:
         return True, f"{'paused' if pause else 'running'} at time {self.world.time:.9g} s"
 
     def _do_clear_wrenches(self) -> Answer:
-        count = self._inputs.wrenches.active
-        self._inputs.wrenches.clear()
+        count = self._inputs.wrenches.clear(self.step, self._perform)
         return True, f"cleared {count} applied wrench{'' if count == 1 else 'es'}"
 
     def _do_reset(self) -> Answer:
@@ -203,7 +200,7 @@ class PhysicsLoop:
         return self._restore("reset_state")
 
     def _restore(self, operation: str) -> Answer:
-        self._inputs.clear(self.world, self._perform)
+        self._inputs.clear(self.step, self._perform)
         self._perform(operation)
         self._sender.start(self.world)
         self._pacer.restart(self.step)

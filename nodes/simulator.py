@@ -82,13 +82,13 @@ class Simulator:
         )
         self.pacer = Pacer(world.settings.dt, values["real_time_factor"])
         self.recorder.outputs.statuses = Diagnostics(world, self.inputs, self.pacer, self.recorder)
-        self.publishing = Publishing(self._node, self.recorder)
+        self.publishing = Publishing(self._node, world, self.recorder)
         self.loop = PhysicsLoop(
             world,
             self.inputs,
             self.publishing,
             self.pacer,
-            self.recorder.perform,
+            self.publishing.perform,
             paused=values["start_paused"],
             duration=values["duration"],
             log=self._log_error,
@@ -109,6 +109,7 @@ class Simulator:
         if self._thread.is_alive():
             self._thread.join()
         self._subscribing.stop()
+        self.publishing.finish()
         try:
             self.recorder.close()
         except (OSError, ValueError) as error:

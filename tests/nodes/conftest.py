@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -40,18 +40,30 @@ def scene(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.fixture
-def simulator(domain: int, scene: Path) -> Iterator[Callable[..., Sim]]:
+class Simulators:
     """Starts simulators (parameters as keywords) and ends them after the test."""
-    started: list[Sim] = []
 
-    def start(**values: object) -> Sim:
-        started.append(Sim(domain, values.pop("scene", scene), **values))
-        return started[-1]
+    def __init__(self, domain: int, scene: Path) -> None:
+        self._domain = domain
+        self._scene = scene
+        self._started: list[Sim] = []
 
-    yield start
-    for sim in started:
-        sim.close()
+    def __call__(self, **values: object) -> Sim:
+        self._started.append(Sim(self._domain, values.pop("scene", self._scene), **values))
+        return self._started[-1]
+
+    def close(self) -> None:
+        """End all that still run."""
+        while self._started:
+            self._started.pop().close()
+
+
+@pytest.fixture
+def simulator(domain: int, scene: Path) -> Iterator[Simulators]:
+    """Call it with parameters to start a sim_node of the test's scene."""
+    simulators = Simulators(domain, scene)
+    yield simulators
+    simulators.close()
 
 
 @pytest.fixture

@@ -1,31 +1,15 @@
-"""Held wrenches: sums over sources, expiry in steps, the same whatever the body's attitude."""
+"""Wrench messages as the world gets them: per source, at step boundaries, with their timeout."""
 
 import math
 
-import numpy as np
 import pytest
 from rb_physics_nodes.refused import RefusedValueError
 from rb_physics_nodes.wrench_frames import WrenchFrames
 from rb_physics_nodes.wrench_inputs import WrenchInputs, WrenchSource
 
+import rb_physics as rb
+
 ZERO = (0.0, 0.0, 0.0)
-
-
-class Recorded:
-    """Stands for world and recorder: remembers what is applied to each body."""
-
-    def __init__(self, orientation=(0.0, 0.0, 0.0, 1.0)):
-        self.orientation = orientation
-        self.applied = {}
-
-    def __getitem__(self, name):
-        return self
-
-    def perform(self, name, body, **wrench):
-        if name == "clear_wrenches":
-            del self.applied[body]
-        else:
-            self.applied[body] = wrench
 
 
 def make(timeout, sources=("", "gust")):
@@ -33,78 +17,98 @@ def make(timeout, sources=("", "gust")):
     return WrenchInputs(listed, {"box": WrenchFrames("box", ZERO, {})}, 1e-3, timeout)
 
 
-def hold(inputs, source, frame, force, step):
-    inputs.hold(source, inputs.resolve(source, frame, force, ZERO), step)
+def hold(inputs, source, frame, force):
+    inputs.hold(source, inputs.resolve(source, frame, force, ZERO))
+
+
+class Floating:
+    """A free 1 kg sphere; `perform` is what the recorder does."""
+
+    def __init__(self):
+        self.world = rb.World(gravity=ZERO, dt=1e-3)
+        self.body = self.world.add_body(rb.Sphere(radius=0.1), mass=1.0, name="box")
+
+    def perform(self, name, body, **arguments):
+        getattr(self.world[body], name)(**arguments)
+
+    def step(self, inputs, count=1):
+        inputs.apply(self.world.step_count, self.perform)
+        self.world.step(count)
+
+    @property
+    def momentum(self):
+        return tuple(self.world.linear_momentum)
+
+
+# 1e-15: sums of up to some hundred equal impulses of a few mN s
+ROUNDING = {"abs": 1e-15, "rel": 1e-14}
 
 
 @pytest.mark.parametrize(
-    ("timeout", "steps"), [(0.0, 1), (0.001, 1), (0.0015, 2), (0.1, 100), (0.3, 300)]
+    ("timeout", "impulse"), [(0.0, 2e-3), (0.001, 2e-3), (0.0015, 3e-3), (0.1, 0.2)]
 )
-def test_a_wrench_acts_for_its_timeout(timeout, steps):
-    inputs, world = make(timeout), Recorded()
-    hold(inputs, 0, "world", (1.0, 0.0, 0.0), 7)
-    inputs.apply(world, 7, world.perform)
-    assert inputs.steps_unchanged(7) == steps
-    inputs.apply(world, 7 + steps - 1, world.perform)
-    assert "box" in world.applied
-    inputs.apply(world, 7 + steps, world.perform)
-    assert world.applied == {}
+def test_a_wrench_gives_force_times_timeout_and_at_least_one_step(timeout, impulse):
+    inputs, floating = make(timeout), Floating()
+    hold(inputs, 0, "world", (2.0, 0.0, 0.0))
+    floating.step(inputs, 300)
+    assert floating.momentum == pytest.approx((impulse, 0.0, 0.0), **ROUNDING)
+    assert inputs.active(floating.world.step_count) == 0
 
 
 def test_minus_one_holds_for_ever():
-    inputs, world = make(-1.0), Recorded()
-    hold(inputs, 0, "world", (1.0, 0.0, 0.0), 0)
-    inputs.apply(world, 0, world.perform)
-    assert inputs.steps_unchanged(0) is None
-    inputs.apply(world, 10**9, world.perform)
-    assert "box" in world.applied
+    inputs, floating = make(-1.0), Floating()
+    hold(inputs, 0, "world", (2.0, 0.0, 0.0))
+    floating.step(inputs, 300)
+    assert floating.momentum == pytest.approx((0.6, 0.0, 0.0), **ROUNDING)
+    assert inputs.active(10**9) == 1
 
 
 def test_sources_add_up_and_expire_each_on_their_own():
-    inputs, world = make(0.01), Recorded()
-    hold(inputs, 0, "world", (1.0, 0.0, 0.0), 0)
-    hold(inputs, 1, "world", (0.0, 2.0, 0.0), 5)
-    inputs.apply(world, 5, world.perform)
-    assert world.applied["box"]["force"] == (1.0, 2.0, 0.0)
-    inputs.apply(world, 10, world.perform)
-    assert world.applied["box"]["force"] == (0.0, 2.0, 0.0)
-    inputs.apply(world, 15, world.perform)
-    assert world.applied == {}
+    inputs, floating = make(0.01), Floating()
+    hold(inputs, 0, "world", (1.0, 0.0, 0.0))
+    floating.step(inputs, 5)
+    hold(inputs, 1, "world", (0.0, 2.0, 0.0))
+    floating.step(inputs, 5)
+    assert floating.momentum == pytest.approx((0.01, 0.01, 0.0), **ROUNDING)
+    floating.step(inputs, 100)
+    assert floating.momentum == pytest.approx((0.01, 0.02, 0.0), **ROUNDING)
 
 
 def test_the_next_message_of_a_source_replaces_its_last():
-    inputs, world = make(0.01), Recorded()
-    hold(inputs, 0, "world", (1.0, 0.0, 0.0), 0)
-    hold(inputs, 0, "world", (3.0, 0.0, 0.0), 5)
-    inputs.apply(world, 5, world.perform)
-    assert world.applied["box"]["force"] == (3.0, 0.0, 0.0)
-    inputs.apply(world, 14, world.perform)
-    assert "box" in world.applied
+    inputs, floating = make(0.01), Floating()
+    hold(inputs, 0, "world", (1.0, 0.0, 0.0))
+    floating.step(inputs, 5)
+    hold(inputs, 0, "world", (3.0, 0.0, 0.0))
+    floating.step(inputs, 100)
+    assert floating.momentum == pytest.approx((0.005 + 0.03, 0.0, 0.0), **ROUNDING)
 
 
-def test_body_and_world_axes_together_are_summed_anew_in_every_step():
-    quarter_turn_z = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
-    inputs, world = make(1.0), Recorded(quarter_turn_z)
-    hold(inputs, 0, "world", (1.0, 0.0, 0.0), 0)
-    hold(inputs, 1, "box/com", (1.0, 0.0, 0.0), 0)
-    inputs.apply(world, 0, world.perform)
-    assert inputs.steps_unchanged(0) == 1
-    assert world.applied["box"]["frame"] == "world"
-    # 1e-15: rounding of one rotation of a unit vector
-    np.testing.assert_allclose(world.applied["box"]["force"], (1.0, 1.0, 0.0), atol=1e-15)
-    world.orientation = (0.0, 0.0, 0.0, 1.0)
-    inputs.apply(world, 1, world.perform)
-    np.testing.assert_allclose(world.applied["box"]["force"], (2.0, 0.0, 0.0), atol=1e-15)
+def test_of_two_messages_at_one_boundary_the_later_one_counts():
+    inputs, floating = make(0.0), Floating()
+    hold(inputs, 0, "world", (1.0, 0.0, 0.0))
+    hold(inputs, 0, "world", (3.0, 0.0, 0.0))
+    floating.step(inputs, 10)
+    assert floating.momentum == pytest.approx((0.003, 0.0, 0.0), **ROUNDING)
 
 
-def test_clear_lets_go():
-    inputs, world = make(-1.0), Recorded()
-    hold(inputs, 0, "world", (1.0, 0.0, 0.0), 0)
-    inputs.apply(world, 0, world.perform)
-    inputs.clear()
-    inputs.apply(world, 1, world.perform)
-    assert world.applied == {}
-    assert inputs.active == 0
+def test_body_axes_turn_with_the_body_and_world_axes_do_not():
+    inputs, floating = make(0.0), Floating()
+    floating.body.orientation = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))  # x to y
+    hold(inputs, 0, "world", (1.0, 0.0, 0.0))
+    hold(inputs, 1, "box/com", (1.0, 0.0, 0.0))
+    floating.step(inputs)
+    assert floating.momentum == pytest.approx((0.001, 0.001, 0.0), **ROUNDING)
+
+
+def test_clear_lets_go_and_counts():
+    inputs, floating = make(-1.0), Floating()
+    hold(inputs, 0, "world", (1.0, 0.0, 0.0))
+    floating.step(inputs)
+    hold(inputs, 1, "world", (1.0, 0.0, 0.0))  # not yet handed over
+    assert inputs.clear(1, floating.perform) == 2
+    floating.step(inputs, 10)
+    assert floating.momentum == pytest.approx((0.001, 0.0, 0.0), **ROUNDING)
+    assert inputs.active(1) == 0
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])

@@ -1,0 +1,87 @@
+"""What can be wrong at the start is answered by one sentence and a non-zero exit code."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from harness import NodeProcess, parameters
+
+
+def start_and_fail(domain, **values):
+    """The one line that sim_node says before it gives up."""
+    node = NodeProcess("rb_physics_nodes.sim_node", parameters(**values), domain)
+    try:
+        code, output = node.wait(), node.output
+    finally:
+        node.close()
+    lines = [line for line in output.splitlines() if line.startswith("sim_node: ")]
+    assert code == 2
+    assert len(lines) == 1, output
+    assert "Traceback" not in output
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"scene": "nowhere.yaml"}, "nowhere.yaml does not exist"),
+        ({"scene": "demmo"}, "did you mean 'demo'"),
+        ({"real_time_factor": -1.0}, "real_time_factor is -1.0, but must lie in 0 .. 1000"),
+        ({"wrench_timeout": -0.5}, "wrench_timeout is -0.5, but must be >= 0 s, or -1"),
+        ({"rerun": "file"}, "set record_dir"),
+        ({"rerun": "sometimes"}, "must be one of off, file, live"),
+        ({"real_time": 2.0}, "there is no parameter 'real_time'"),
+        ({"lockstep": 3}, "lockstep is 3, but must be a bool"),
+        ({"topics": "nowhere.yaml"}, "nowhere.yaml"),
+    ],
+    ids=lambda value: None if isinstance(value, dict) else value[:20],
+)
+def test_bad_parameters(domain, scene, values, words):
+    assert words in start_and_fail(domain, **{"scene": scene, **values})
+
+
+def test_record_dir_that_is_a_file(domain, scene, tmp_path):
+    (tmp_path / "taken").write_text("")
+    line = start_and_fail(domain, scene=scene, record_dir=tmp_path / "taken")
+    assert "taken" in line
+
+
+def test_scene_with_an_error_names_file_body_and_field(domain, tmp_path):
+    path = tmp_path / "bad.yaml"
+    path.write_text("bodies: [{name: a, shape: {type: sphere, radius: 1}, mass: -1}]")
+    line = start_and_fail(domain, scene=path)
+    for word in ("bad.yaml", "'a'", "mass", "-1"):
+        assert word in line
+
+
+def without(module):
+    """A sim_node started by an interpreter in which `module` can't be imported."""
+    code = f"import sys; sys.modules[{module!r}] = None\n"
+    code += "from rb_physics_nodes.sim_node import main; sys.exit(main())"
+    environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, env=environment
+    )
+
+
+def test_ros_missing():
+    done = without("rclpy")
+    assert done.returncode == 2
+    assert "pip install ros-jazzy-rclpy" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_middleware_missing():
+    """What `import rclpy` raises without the rmw package."""
+    code = (
+        "import sys, types\n"
+        "class Missing(types.ModuleType):\n"
+        "    def __getattr__(self, name):\n"
+        "        raise ImportError('librmw_fastrtps_cpp.so: cannot open shared object file')\n"
+        "sys.modules['rclpy.impl.implementation_singleton'] = Missing('missing')\n"
+        "from rb_physics_nodes.sim_node import main; sys.exit(main())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert "pip install ros-jazzy-rmw-fastrtps-cpp" in done.stderr
