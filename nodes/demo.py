@@ -18,8 +18,8 @@ from pathlib import Path
 from .demo_report import Report
 
 TOWER = "box_"
-START, DURATION, PUSH = 3.0, 10.0, 1.2  # simulated s: the push begins, the run ends, push lasts
-FORCE = 12.0  # N on the ball
+START, DURATION, PUSH = 3.0, 10.0, 0.8  # simulated s: the push begins, the run ends, push lasts
+FORCE = 60.0  # N on the ball
 PATIENCE = 60.0  # s of wall time until the node is there, and without a step before giving up
 
 
