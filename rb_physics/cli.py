@@ -132,6 +132,47 @@ def view(recording: Path, png: Path | None, moment: float | None) -> None:
     click.echo(f"rendered {png}")
 
 
+@main.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+def recover(recording: Path) -> None:
+    """Make a whole copy, RECORDING_recovered, of a recording that was torn off or damaged."""
+    from .recording.recover import recover as make_copy
+
+    result = make_copy(recording)
+    click.echo(
+        f"{result.directory}: {result.messages} messages up to {result.until:.3f} s; "
+        f"{result.torn_bytes} torn bytes and {result.damaged_chunks} damaged chunks left out"
+    )
+
+
+@main.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.option("--start", type=float, metavar="SECONDS", help="Begin at the snapshot before.")
+@click.option("--threads", type=click.IntRange(min=1), help="Repeat with so many threads.")
+def verify(recording: Path, start: float | None, threads: int | None) -> None:
+    """Simulate RECORDING again and compare every step; exit code 1 when it differs."""
+    from .recording.replay import verify as repeat
+
+    bar: _Progress | None = None
+
+    def progress(done: int, total: int, dt: float) -> None:
+        nonlocal bar
+        if bar is None:
+            bar = _Progress(total, dt)
+            bar.__enter__()
+        bar(done - bar.done)
+
+    chosen = {} if threads is None else {"threads": threads}
+    try:
+        result = repeat(recording, start=start, progress=progress, **chosen)
+    finally:
+        if bar is not None:
+            bar.__exit__()
+    click.echo(result.text)
+    if result.difference is not None:
+        sys.exit(1)
+
+
 def _simulate(world: World, steps: int) -> None:
     with _Progress(steps, world.dt) as progress:
         while (left := steps - progress.done) > 0:

@@ -158,14 +158,14 @@ def verify(
     recording: str | Path,
     *,
     start: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int, float], None] | None = None,
     **settings: Any,
 ) -> Verification:
     """Repeats a recording and compares the state hash of every step.
 
     Args:
         start: s of log time; begins at the last snapshot not after it instead of the start.
-        progress: called with (steps done, steps in all).
+        progress: called with (steps done, steps in all, s per step).
         settings: replace recorded ones; those that must not matter, such as threads.
 
     Raises RecordingError.
@@ -188,7 +188,7 @@ def verify(
                 step - 1 - first, (step - 1 - first) * dt, difference, _remarks(run)
             )
         if progress is not None:
-            progress(repetition.step - first, last - first)
+            progress(repetition.step - first, last - first, dt)
     steps = repetition.step - first
     return Verification(steps, steps * dt, None, _remarks(run))
 

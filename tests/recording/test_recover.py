@@ -1,0 +1,170 @@
+"""recover: whole bags from torn and damaged ones."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+import rb_physics as rb
+from rb_physics.recording import Recorder, RecordingError
+from rb_physics.recording.log_reader import Recording
+from rb_physics.recording.recover import recover
+from rb_physics.recording.replay import verify
+from rb_physics.recording.summary import summary
+
+SCENE = """
+dt: 0.001
+bodies:
+  - {name: ground, type: static, shape: {type: half_space, normal: [0, 0, 1], offset: 0}}
+  - {name: box, shape: {type: box, half_extents: [0.1, 0.1, 0.1]}, mass: 2.0, position: [0, 0, 0.1]}
+  - {name: ball, shape: {type: sphere, radius: 0.05}, mass: 0.5, position: [1, 0, 0.3], restitution: 0.5}
+"""
+
+
+def record(directory, steps: int = 200, **options) -> None:
+    scene = rb.Scene.from_yaml(SCENE)
+    world = scene.build()
+    with Recorder(world, directory, scene=scene, **options) as recorder:
+        for _ in range(steps):
+            world.step()
+            recorder.after_step()
+
+
+def torn(tmp_path, size: int):
+    """A copy of a recording whose file ends after `size` bytes."""
+    target = tmp_path / "torn"
+    shutil.rmtree(target, ignore_errors=True)
+    shutil.rmtree(tmp_path / "torn_recovered", ignore_errors=True)
+    shutil.copytree(tmp_path / "run", target)
+    path = target / "torn_0.mcap"
+    os.rename(target / "run_0.mcap", path)
+    metadata = target / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace("run_0.mcap", "torn_0.mcap"))
+    os.truncate(path, size)
+    return target
+
+
+def test_a_whole_recording_is_copied_whole(tmp_path):
+    record(tmp_path / "run")
+    before = {p.name: p.read_bytes() for p in (tmp_path / "run").iterdir()}
+    result = recover(tmp_path / "run")
+    assert result.directory == tmp_path / "run_recovered"
+    assert (result.torn_bytes, result.damaged_chunks, result.until) == (0, 0, 0.2)
+    assert {p.name: p.read_bytes() for p in (tmp_path / "run").iterdir()} == before
+    assert list(Recording(result.directory).messages()) == list(
+        Recording(tmp_path / "run").messages()
+    )
+    anyreader = pytest.importorskip("rosbags.highlevel")
+    with anyreader.AnyReader([result.directory]) as reader:
+        assert reader.message_count == result.messages
+    assert verify(result.directory).text.endswith("identical, 200 steps, 0.2 s")
+    with pytest.raises(RecordingError, match="never overwritten"):
+        recover(tmp_path / "run")
+
+
+def test_torn_anywhere_it_recovers_or_says_why(tmp_path):
+    record(tmp_path / "run", steps=40)
+    size = (tmp_path / "run" / "run_0.mcap").stat().st_size
+    last = 0
+    for length in [0, 1, 7, 8, 9, 30, *range(100, size, max(1, size // 60)), size - 1]:
+        result = recover(torn(tmp_path, length))
+        assert result.messages >= last
+        last = result.messages
+        found = list(Recording(result.directory).messages())
+        assert len(found) == result.messages
+    assert last == len(list(Recording(tmp_path / "run").messages()))
+
+
+def test_a_damaged_chunk_is_left_out_and_counted(tmp_path):
+    record(tmp_path / "run", chunk_bytes=2000)
+    path = tmp_path / "run" / "run_0.mcap"
+    content = bytearray(path.read_bytes())
+    content[len(content) // 3] ^= 0x10
+    path.write_bytes(content)
+    whole = 0
+    try:
+        whole = len(list(Recording(tmp_path / "run").messages()))
+    except RecordingError as error:
+        assert "is damaged in the chunk" in str(error)
+        assert "rb_physics recover" in str(error)
+    assert whole == 0
+    result = recover(tmp_path / "run")
+    assert result.damaged_chunks == 1
+    assert result.messages > 100
+
+
+def test_decompression_bombs_are_bounded(tmp_path):
+    zstandard = pytest.importorskip("zstandard")
+    from mcap.records import Chunk
+
+    from rb_physics.recording import log_reader
+
+    bomb = zstandard.compress(bytes(50_000_000))
+    assert len(bomb) < 10_000
+    chunk = Chunk("zstd", bomb, 0, 0, 0, 1000)
+    with pytest.raises(ValueError, match="it holds 1001 bytes instead of 1000"):
+        log_reader._decompressed(chunk)
+    with pytest.raises(ValueError, match="claims"):
+        log_reader._decompressed(Chunk("zstd", bomb, 0, 0, 0, 2**40))
+
+
+def test_folders_that_are_no_recordings_say_so(tmp_path):
+    with pytest.raises(RecordingError, match="does not exist"):
+        recover(tmp_path / "none")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(RecordingError, match=r"holds no .mcap file"):
+        recover(tmp_path / "empty")
+    assert not (tmp_path / "empty_recovered").exists()
+
+
+WRITER = textwrap.dedent(
+    """
+    import sys, time
+    import rb_physics as rb
+    from rb_physics.recording import Recorder
+    scene = rb.Scene.from_yaml(sys.argv[2])
+    world = scene.build()
+    recorder = Recorder(world, sys.argv[1], scene=scene)
+    start = time.monotonic()
+    while True:
+        world.step()
+        recorder.after_step()
+        print(world.step_count, flush=True)
+        time.sleep(max(0.0, start + world.time - time.monotonic()))
+    """
+)
+
+
+def kill_and_recover(directory, until_step: int) -> None:
+    """Kills a real-time 1 kHz run at a step, recovers and verifies it."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(directory), SCENE], stdout=subprocess.PIPE, text=True
+    )
+    seen = 0
+    while seen < until_step:
+        seen = int(process.stdout.readline())
+    os.kill(process.pid, signal.SIGKILL)
+    seen = max([seen, *map(int, process.communicate(timeout=10)[0].split())])
+    assert "torn off" in summary(directory)
+    result = recover(directory)
+    # The promise: what was simulated more than 100 ms before the kill is there.
+    assert result.until >= seen * 1e-3 - 0.1
+    verification = verify(result.directory)
+    assert verification.difference is None, verification.text
+    assert verification.steps >= seen - 100
+
+
+def test_killed_run_recovers_and_verifies(tmp_path):
+    kill_and_recover(tmp_path / "run", 700)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("attempt", range(100))
+def test_killed_at_any_moment(tmp_path, attempt):
+    kill_and_recover(tmp_path / "run", 200 + (attempt * 7919) % 1500)

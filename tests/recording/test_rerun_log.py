@@ -1,0 +1,151 @@
+"""The Rerun view: same from a run and from its bag, verified, rendered."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import rb_physics as rb
+from rb_physics.recording import Recorder, RecordingError
+from rb_physics.recording.mcap_log import McapLog
+from rb_physics.recording.render import render_png, write_rrd
+
+rr = pytest.importorskip("rerun")
+
+SCENE = """
+dt: 0.001
+bodies:
+  - {name: ground, type: static, shape: {type: half_space, normal: [0, 0, 1], offset: 0}}
+  - {name: box, shape: {type: box, half_extents: [0.1, 0.1, 0.1]}, mass: 2.0, position: [0, 0, 0.1]}
+  - {name: ball, shape: {type: sphere, radius: 0.05}, mass: 0.5, position: [0.5, 0, 0.3], restitution: 0.5}
+  - name: dumbbell
+    shape:
+      type: compound
+      parts:
+        - {shape: {type: sphere, radius: 0.05}, position: [-0.1, 0, 0]}
+        - {shape: {type: box, half_extents: [0.05, 0.05, 0.05]}, position: [0.1, 0, 0]}
+    mass: 1.0
+    position: [0, 0.5, 0.3]
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def strict():
+    rr.set_strict_mode(True)
+    yield
+    rr.set_strict_mode(False)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("recordings") / "run"
+    scene = rb.Scene.from_yaml(SCENE)
+    world = scene.build()
+    with Recorder(world, directory, scene=scene, rerun="file") as recorder:
+        for step in range(400):
+            if step == 100:
+                recorder.perform("apply_wrench", body="box", force=(5, 0, 0), duration=0.2)
+                recorder.event("WARN", "pushed")
+            world.step()
+            recorder.after_step()
+        assert recorder.error is None
+    assert recorder.counters["view_dropped"] == 0
+    return directory
+
+
+def command(*arguments) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, "-m", "rerun", *map(str, arguments)],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+
+
+def test_rerun_verifies_it_and_the_bag_gives_the_same(run, tmp_path):
+    made = run / "run.rrd"
+    done = command("rrd", "verify", made)
+    assert done.returncode == 0, done.stderr
+    again = write_rrd(run, tmp_path / "run.rrd")
+    done = command("rrd", "compare", "--unordered", made, again)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def columns(path) -> dict[str, list]:
+    """entity -> its record batches"""
+    from rerun.chunk import RrdReader
+
+    found: dict[str, list] = {}
+    for chunk in RrdReader(str(path)).stream():
+        found.setdefault(str(chunk.entity_path), []).append(chunk.to_record_batch())
+    return found
+
+
+def test_what_is_in_it(run):
+    found = columns(run / "run.rrd")
+    for entity in (
+        "/world/bodies/ground", "/world/bodies/box", "/world/bodies/dumbbell/part_0",
+        "/world/bodies/dumbbell/part_1", "/world/contact_points", "/world/contact_forces",
+        "/world/applied_forces", "/plots/energy/total", "/plots/contact_force/ball", "/log",
+    ):  # fmt: skip
+        assert entity in found, f"{entity} not in {sorted(found)}"
+    total = [b for b in found["/plots/energy/total"] if "sim_time" in b.schema.names]
+    times = np.concatenate([b.column("sim_time").cast("int64").to_numpy() for b in total])
+    assert np.array_equal(np.sort(times), np.arange(41) * 10_000_000)
+    arrows = [b for b in found["/world/applied_forces"] if "sim_time" in b.schema.names]
+    pushed = {}
+    for batch in arrows:
+        [name] = [n for n in batch.schema.names if "vectors" in n]
+        stamps = batch.column("sim_time").cast("int64").to_numpy()
+        pushed |= {
+            int(t): len(v.as_py() or []) for t, v in zip(stamps, batch.column(name), strict=True)
+        }
+    with_arrow = sorted(t for t, count in pushed.items() if count)
+    # The force acts from 0.1 s for 0.2 s; the sample of 0.1 s itself is of before.
+    assert (with_arrow[0], with_arrow[-1]) == (110_000_000, 300_000_000)
+
+
+def test_many_bodies_share_entities(tmp_path):
+    world = rb.World()
+    world.add_body(rb.HalfSpace(), type="static", name="ground")
+    for i in range(60):
+        shape = rb.Box((0.1, 0.1, 0.1)) if i % 2 else rb.Capsule(0.05, 0.1)
+        world.add_body(shape, mass=1.0, position=(i, 0, 5), name=f"b{i}")
+    with Recorder(world, tmp_path / "run", rerun="file") as recorder:
+        for _ in range(30):
+            world.step()
+            recorder.after_step()
+    found = columns(tmp_path / "run" / "run.rrd")
+    assert {"/world/bodies/boxs", "/world/bodies/capsules", "/world/bodies/ground"} <= set(found)
+    assert "/world/bodies/b1" not in found
+
+
+def test_existing_files_and_foreign_bags_are_refused(run, tmp_path):
+    with pytest.raises(RecordingError, match="never overwritten"):
+        write_rrd(run, run / "run.rrd")
+    (tmp_path / "a.png").write_bytes(b"")
+    with pytest.raises(RecordingError, match="never overwritten"):
+        render_png(run, tmp_path / "a.png")
+    with pytest.raises(RecordingError, match="is not a folder"):
+        render_png(run, tmp_path / "none" / "a.png")
+    McapLog(tmp_path / "foreign").close()
+    with pytest.raises(RecordingError, match="not made by rb_physics"):
+        write_rrd(tmp_path / "foreign", tmp_path / "x.rrd")
+
+
+def test_rendered_without_a_screen(run, tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    try:
+        reports = render_png(run, tmp_path / "run.png", time=0.2)
+    except RecordingError as error:
+        if "Vulkan" in str(error):
+            pytest.skip("no Vulkan driver on this machine")
+        raise
+    assert reports == []
+    picture = np.asarray(image.open(tmp_path / "run.png").convert("RGB")).reshape(-1, 3).astype(int)
+    assert len(picture) == 1600 * 900
+    red, green, blue = picture.T
+    # Force arrows are the only saturated red in the scene, the applied one the only blue.
+    assert np.sum((red > 150) & (green < 60) & (blue < 60)) > 50
+    assert np.sum((blue > 150) & (red < 60) & (green < 130)) > 50
