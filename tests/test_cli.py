@@ -106,6 +106,7 @@ def test_unexpected_errors_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> No
 def test_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "yaml", None)
     monkeypatch.delitem(sys.modules, "rb_physics.located_yaml", raising=False)
+    monkeypatch.delattr("rb_physics.located_yaml", raising=False)  # loaded by an earlier test
     result = call("run", "demo")
     assert result.exit_code == 1
     assert "yaml is missing from this environment: pip install" in result.output
