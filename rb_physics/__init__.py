@@ -31,28 +31,45 @@ from ._core import (
 from .body import Body
 from .contact import ContactKind, ContactState
 from .errors import DivergedError, SceneError
+from .queries import (
+    ContactKinematics,
+    Distance,
+    contact_kinematics,
+    distance,
+    find_contacts,
+    test_intersection,
+    time_of_impact,
+)
 from .settings import Settings
-from .world import World
+from .world import RayHit, World
 
 __all__ = [
     "Body",
     "Box",
     "Capsule",
     "Compound",
+    "ContactKinematics",
     "ContactKind",
     "ContactState",
     "Cylinder",
+    "Distance",
     "DivergedError",
     "HalfSpace",
     "Particle",
+    "RayHit",
     "Scene",
     "SceneError",
     "Settings",
     "Sphere",
     "Stats",
     "World",
+    "contact_kinematics",
+    "distance",
+    "find_contacts",
     "load_scene",
     "math",
+    "test_intersection",
+    "time_of_impact",
 ]
 
 __version__ = "0.1.0"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +39,18 @@ _SHAPES = tuple(
 _STATIC_ONLY = tuple(
     getattr(_core, name) for name in ("HalfSpace", "TriangleMesh", "HeightField") if hasattr(_core, name)
 )
+
+
+class RayHit(NamedTuple):
+    """What a ray meets first."""
+
+    body: Body
+    distance: float
+    """m from the origin of the ray."""
+    point: Array
+    """(3,) m."""
+    normal: Array
+    """(3,) unit, out of the body."""
 
 
 class World(_core.World):
@@ -193,6 +205,18 @@ class World(_core.World):
         self._bodies.append(body)
         self._by_name[name] = body
         return body
+
+    def ray_cast(self, origin: ArrayLike, direction: ArrayLike) -> RayHit | None:
+        """The nearest body along the ray from ``origin`` (3,) m in ``direction`` (3,), or None."""
+        start = checks.vector(None, "origin", origin, unit="m")
+        along = checks.vector(None, "direction", direction)
+        if not along.any():
+            raise SceneError.about(None, "direction", direction, "not the zero vector")
+        hit = self._ray_cast(start, along)
+        if hit is None:
+            return None
+        row, distance, point, normal = hit
+        return RayHit(self._bodies[row], distance, point, normal)
 
     def remove(self, body: Body) -> None:
         """Takes the body out; later rows move up. Raises `SceneError` when it is not in this world."""

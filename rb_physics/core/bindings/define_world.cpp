@@ -11,6 +11,9 @@
 #include "world/world.hpp"
 
 namespace rb {
+
+void define_body_queries(py::class_<World>& world);
+
 namespace {
 
 template <int width, class Fill>
@@ -148,7 +151,9 @@ void define_plain_data(py::module_& m) {
 void define_world(py::module_& m) {
   define_enums(m);
   define_plain_data(m);
-  py::class_<World>(m, "World")
+  py::class_<World> world(m, "World");
+  define_body_queries(world);
+  world
       .def(py::init([](const Settings& s) {
              auto w = std::make_unique<World>();
              w->settings = s;

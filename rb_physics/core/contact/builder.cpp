@@ -19,17 +19,20 @@ void build_bodies(const std::vector<Body>& bodies, const BodyIndex& index, Conta
   out.contacts.clear();
 }
 
+ContactPlace place_of(const std::vector<Body>& bodies, const Contact& contact) {
+  return {0.5 * (contact.point.point_a + contact.point.point_b), contact.point.normal,
+          bodies[contact.body_a].state.x, bodies[contact.body_b].state.x};
+}
+
 void build_contact(const std::vector<Body>& bodies, const BodyIndex& index, const Contact& contact,
-                   ContactProblem& out) {
-  const Body& a = bodies[contact.body_a];
+                   const ContactPlace& place, ContactProblem& out) {
   const Body& b = bodies[contact.body_b];
-  const Vec3 point = 0.5 * (contact.point.point_a + contact.point.point_b);
   ContactConstraint c;
   c.a = (*index.index_of)[contact.body_a];
   c.b = b.is_dynamic() ? (*index.index_of)[contact.body_b] : -1;
-  c.r_a = point - a.state.x;
-  c.r_b = point - b.state.x;
-  c.frame = contact_frame(contact.point.normal);
+  c.r_a = place.point - place.center_a;
+  c.r_b = place.point - place.center_b;
+  c.frame = contact_frame(place.normal);
   if (b.type == BodyType::KINEMATIC) {
     c.bias = -(c.frame * (b.velocity + b.spin.cross(c.r_b)));
     c.angular_bias = -(c.frame * b.spin);

@@ -20,10 +20,19 @@ struct BodyIndex {
 // Masses, world inverse inertias and velocities.
 void build_bodies(const std::vector<Body>& bodies, const BodyIndex& index, ContactProblem& out);
 
+// Where a contact acts: its point and normal, and the centres of mass its arms start from.
+struct ContactPlace {
+  Vec3 point;     // m, world
+  Vec3 normal;    // unit, world, from B to A
+  Vec3 center_a;  // m, world
+  Vec3 center_b;  // m, world
+};
+ContactPlace place_of(const std::vector<Body>& bodies, const Contact& contact);
+
 // Appends one contact: frame, arms, friction, and the bias that carries the velocity of an
 // immovable B.
 void build_contact(const std::vector<Body>& bodies, const BodyIndex& index, const Contact& contact,
-                   ContactProblem& out);
+                   const ContactPlace& place, ContactProblem& out);
 
 // Relative velocity of A against B at the contact point, world axes, m/s (S9: V from v + omega x r
 // of both).

@@ -2,13 +2,19 @@
 // for.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "contact/builder.hpp"
 #include "math/tolerances.hpp"
+#include "world/contact_rates.hpp"
 #include "world/world.hpp"
 
 namespace rb {
+
+// Displaces a body (m, rad) without changing its kinetic energy.
+void shift_body(Body& body, const Vec6& displacement);
 
 // m/s: a slip slower than this sticks.
 inline double stick_speed() { return tolerance::resting_speed; }
@@ -35,6 +41,8 @@ class IslandAdvance {
   // Forces over the next tau seconds: resting and sliding contacts (S16 in velocities). Fills
   // `total_`. far_too: contacts not yet touching count as well, with the gap they may close.
   void carry(double tau, bool far_too);
+  // Takes the height of rebounds that are over by the end out of the displacement. Fills `shift_`.
+  void settle(double tau);
   // Books what `carry` found as impulses of the contacts.
   void book(double tau);
   // Moves every body under `total_`, from the states saved by `mark`.
@@ -47,9 +55,13 @@ class IslandAdvance {
   void find_again();
   void move_partners(double t);
 
+  bool touches(const ColliderPair& pair) const;
+  std::optional<double> impact_of_pair(const ColliderPair& pair, double t_max) const;
   double approach_of_pair(const ColliderPair& pair, double t);
   double rest_speed(const Contact& c) const;
-  void add_impulse(Contact& c, const Vec3& impulse, const Vec3& moment);
+  void add_impulse(Contact& c, const ContactConstraint& k, const Vec3& impulse, const Vec3& moment);
+  bool turning(double tau) const;
+  void build_midpoint(const BodyIndex& index, double tau);
 
   World& world_;
   std::span<const std::int32_t> rows_;
@@ -60,6 +72,11 @@ class IslandAdvance {
   std::vector<Wrench> total_;         // external + contact, per body of the island
   std::vector<std::int32_t> active_;  // contact of each constraint in the problem
   std::vector<Vec3> slip_before_;     // u at the start of carry, contact frame, per constraint
+  std::vector<ContactDrift> drifts_;  // per constraint
+  std::vector<Vec6> shift_;           // m, rad; per body, or empty
+  std::vector<std::int32_t> scratch_settled_;
+  ContactProblem settle_problem_;
+  ContactSolution settle_solution_;
   std::vector<Contact> scratch_;
   ContactPoints points_;
   double elapsed_ = 0.0;  // s since the step began

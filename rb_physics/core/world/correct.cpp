@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "contact/builder.hpp"
+#include "world/advance.hpp"
 #include "world/detect.hpp"
 
 namespace rb {
@@ -30,7 +31,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   for (const std::int32_t i : contacts) {
     const Contact& contact = world.contacts[i];
     if (contact.ghost) continue;
-    build_contact(world.bodies, index, contact, problem);
+    build_contact(world.bodies, index, contact, place_of(world.bodies, contact), problem);
     ContactConstraint& c = problem.contacts.back();
     c.friction = c.static_friction = c.rolling_friction = c.spinning_friction = 0.0;
     c.bias = Vec3(contact.point.separation, 0.0, 0.0);  // m, in place of m/s
@@ -44,13 +45,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   settings.max_work = world.settings.max_work;
   solve_contacts(problem, settings, work.solution, work.solver);
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    Body& body = world.bodies[rows[k]];
-    const Vec6& d = work.solution.velocity[k];
-    body.state.x += d.head<3>();
-    if (d.tail<3>().isZero(0.0)) continue;
-    const Quat turn = quaternion_from_rotation_vector(d.tail<3>());
-    body.state.q = normalized(turn * body.state.q);
-    body.state.L = turn * body.state.L;
+    shift_body(world.bodies[rows[k]], work.solution.velocity[k]);
   }
 }
 

@@ -92,6 +92,7 @@ void append_contacts(const World& world, const ColliderPair& pair, double margin
     c.collider_a = pair.a;
     c.collider_b = pair.b;
     c.point = p;
+    c.point.feature = with_parts(p.feature, ca.part, cb.part);
     c.local_a = pose_a.apply_inverse(p.point_a);
     c.local_b = pose_b.apply_inverse(p.point_b);
     c.material = combine(a.material, b.material, world.settings.friction_combine,

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "collision/feature.hpp"
 #include "math/tolerances.hpp"
 #include "world/world.hpp"
 
@@ -11,6 +12,13 @@ namespace rb {
 
 // m: separation up to which bodies of this size touch.
 inline double touch_distance(double size) { return tolerance::touch * size; }
+
+// The feature id with the indices of the two colliders within their bodies.
+inline std::int64_t with_parts(std::int64_t feature, std::int32_t part_a, std::int32_t part_b) {
+  if (part_a == 0 && part_b == 0) return feature;
+  return pack_features(with_part(feature_of_a(feature), static_cast<std::uint32_t>(part_a)),
+                       with_part(feature_of_b(feature), static_cast<std::uint32_t>(part_b)));
+}
 
 // m: how far apart the pair's surfaces may be and still meet within the step.
 double pair_margin(const World& world, const ColliderPair& pair);

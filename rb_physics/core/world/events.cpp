@@ -6,9 +6,11 @@
 
 #include "body/free_motion.hpp"
 #include "collision/queries.hpp"
+#include "collision/sweep.hpp"
 #include "solver/contact_operators.hpp"
 #include "world/advance.hpp"
 #include "world/detect.hpp"
+#include "world/free_sweep.hpp"
 #include "world/kinematic.hpp"
 
 namespace rb {
@@ -33,12 +35,44 @@ double IslandAdvance::approach_of_pair(const ColliderPair& pair, double t) {
   double nearest = std::numeric_limits<double>::infinity();
   for (const ContactPoint& p : points_) {
     const bool touches = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
-      return c.collider_a == pair.a && c.collider_b == pair.b && c.point.feature == p.feature &&
-             c.touching();
+      return c.collider_a == pair.a && c.collider_b == pair.b &&
+             c.point.feature == with_parts(p.feature, a.part, b.part) && c.touching();
     });
     if (!touches) nearest = std::fmin(nearest, p.separation);
   }
   return nearest;
+}
+
+bool IslandAdvance::touches(const ColliderPair& pair) const {
+  return std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+    return c.collider_a == pair.a && c.collider_b == pair.b && c.touching();
+  });
+}
+
+std::optional<double> IslandAdvance::impact_of_pair(const ColliderPair& pair, double t_max) const {
+  const Collider& a = world_.colliders[pair.a];
+  const Collider& b = world_.colliders[pair.b];
+  const auto sweep_of = [&](std::int32_t row) {
+    const Body& body = world_.bodies[row];
+    if (!body.is_dynamic()) return FreeSweep(body, body.state, {}, t_max);
+    const std::int32_t k = world_.work.index_of[row];
+    return FreeSweep(body, start_[k], total_[k], t_max);
+  };
+  const FreeSweep sweep_a = sweep_of(a.body);
+  const FreeSweep sweep_b = sweep_of(b.body);
+  // Cheap first: surfaces that can't close the gap in time.
+  double gap = std::numeric_limits<double>::infinity();
+  for (const Contact& c : contacts) {
+    if (c.collider_a == pair.a && c.collider_b == pair.b) gap = std::fmin(gap, c.point.separation);
+  }
+  const double closing =
+      (world_.bodies[a.body].linear_velocity() - world_.bodies[b.body].linear_velocity()).norm() +
+      t_max * (sweep_a.max_linear_acceleration() + sweep_b.max_linear_acceleration()) +
+      sweep_a.max_angular_speed() * world_.reach[a.body] +
+      sweep_b.max_angular_speed() * world_.reach[b.body];
+  if (closing * t_max < gap) return std::nullopt;
+  return time_of_impact(a.shape, PartSweep(sweep_a, a.local), b.shape, PartSweep(sweep_b, b.local),
+                        t_max);
 }
 
 double IslandAdvance::next_contact_time(double tau) {
@@ -46,6 +80,13 @@ double IslandAdvance::next_contact_time(double tau) {
   for (const ColliderPair& pair : pairs) {
     const double size = std::fmin(world_.colliders[pair.a].size, world_.colliders[pair.b].size);
     const double touch = touch_distance(size);
+    if (!touches(pair)) {
+      // Apart: conservative advancement on the true motion, which no thin wall escapes.
+      const auto t = impact_of_pair(pair, earliest);
+      if (t && *t < earliest) earliest = *t;
+      continue;
+    }
+    // Touching already: another feature of the pair may come down.
     double high = earliest;
     double g_high = approach_of_pair(pair, high);
     if (!(g_high < -touch)) continue;
@@ -118,7 +159,10 @@ double IslandAdvance::next_stick_time(double tau) {
       if (!slid) break;
       zero = next;
       t = 0.999 * zero;
-      if (t >= tau) return tau;
+      if (!(t < tau)) {
+        carry(tau, false);  // nothing slows down in short: the slip ends by the end's doing alone
+        return tau;
+      }
     }
     if (slid) {
       const double stick = std::fmin(zero, tau);

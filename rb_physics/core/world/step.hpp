@@ -7,6 +7,7 @@ namespace rb {
 
 // world/wrenches.cpp
 void begin_step(World& world);
+Wrench external_wrench(const World& world, const Body& body);  // gravity + held wrenches, as of now
 void expire_wrenches(World& world);
 
 // world/advance_all.cpp

@@ -10,9 +10,9 @@ namespace {
 
 // Sum of the held wrenches in world axes. One that ends within the step acts with the part of its
 // time that is left, so that its impulse is force * duration whatever dt is.
-Wrench take_wrenches(Body& body, double h) {
+Wrench held_wrenches(const Body& body, double h) {
   Wrench sum;
-  for (AppliedWrench& w : body.wrenches) {
+  for (const AppliedWrench& w : body.wrenches) {
     const Wrench now = in_world(w, body.state.q, body.center_of_mass);
     const double share = w.remaining > 0.0 && w.remaining < h ? w.remaining / h : 1.0;
     sum.force += share * now.force;
@@ -22,6 +22,14 @@ Wrench take_wrenches(Body& body, double h) {
 }
 
 }  // namespace
+
+Wrench external_wrench(const World& world, const Body& body) {
+  if (!body.is_dynamic()) return {};
+  Wrench w = held_wrenches(body, world.settings.dt);
+  w.force += body.inertia.mass * world.settings.gravity;
+  if (body.inertia.inv_body.isZero(0.0)) w.torque.setZero();  // a particle (S1)
+  return w;
+}
 
 void begin_step(World& world) {
   const double h = world.settings.dt;
@@ -34,9 +42,7 @@ void begin_step(World& world) {
     world.applied[row] = Wrench{};
     if (body.type == BodyType::KINEMATIC) aim_at_target(body, h);
     if (!body.is_dynamic()) continue;
-    world.applied[row] = take_wrenches(body, h);
-    world.applied[row].force += body.inertia.mass * world.settings.gravity;
-    if (body.inertia.inv_body.isZero(0.0)) world.applied[row].torque.setZero();  // a particle (S1)
+    world.applied[row] = external_wrench(world, body);
   }
   for (Contact& c : world.contacts) c.impulse = c.moment_a = c.moment_b = Vec3::Zero();
 }

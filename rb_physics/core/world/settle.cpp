@@ -1,0 +1,55 @@
+// The Zeno rule for rebounds that would end within the interval: a touching contact that parts now
+// and carries force by the end of it was open for a moment only. The velocities at the end are
+// right as they are; the displacement must not keep the height of a bounce that is over.
+#include "math/rotation.hpp"
+#include "solver/contact_operators.hpp"
+#include "world/advance.hpp"
+
+namespace rb {
+
+void IslandAdvance::settle(double tau) {
+  shift_.clear();
+  StepWorkspace& work = world_.work;
+  scratch_settled_.clear();
+  for (std::size_t n = 0; n < active_.size(); ++n) {
+    const Contact& c = contacts[active_[n]];
+    if (c.touching() && slip_before_[n].x() > tolerance::resting_speed &&
+        work.solution.impulse[n].x() > 0.0) {
+      scratch_settled_.push_back(active_[n]);
+    }
+  }
+  if (scratch_settled_.empty()) return;
+  // The smallest change of velocity (in the metric of the masses) that takes the parting speeds
+  // away: the same complementarity problem with the normals turned round.
+  const BodyIndex index{rows_, &work.index_of};
+  ContactProblem& problem = settle_problem_;
+  build_bodies(world_.bodies, index, problem);
+  const std::vector<Vec6> before = problem.velocity;
+  for (const std::int32_t i : scratch_settled_) {
+    ContactPlace place = place_of(world_.bodies, contacts[i]);
+    place.normal = -place.normal;
+    build_contact(world_.bodies, index, contacts[i], place, problem);
+    ContactConstraint& c = problem.contacts.back();
+    c.friction = c.static_friction = c.rolling_friction = c.spinning_friction = 0.0;
+  }
+  settle_solution_.impulse.assign(problem.contacts.size(), Vec3::Zero());
+  settle_solution_.moment.clear();
+  settle_solution_.certificate.clear();
+  SolverSettings settings;
+  settings.tolerance = 1e-9;  // of a displacement that is second order already
+  settings.minimum_norm = false;
+  solve_contacts(problem, settings, settle_solution_, work.solver);
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    shift_.push_back((0.5 * tau) * (settle_solution_.velocity[k] - before[k]));
+  }
+}
+
+void shift_body(Body& body, const Vec6& d) {
+  body.state.x += d.head<3>();
+  if (d.tail<3>().isZero(0.0)) return;
+  const Quat turn = quaternion_from_rotation_vector(d.tail<3>());
+  body.state.q = normalized(turn * body.state.q);
+  body.state.L = turn * body.state.L;  // turns with the body: the kinetic energy stays
+}
+
+}  // namespace rb

@@ -1,0 +1,105 @@
+"""Queries between bodies (S7): do they intersect, where, how far apart, when do they meet."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import checks
+from .body import Body
+from .errors import SceneError
+
+if TYPE_CHECKING:
+    from .world import World
+
+
+class Distance(NamedTuple):
+    """Nearest points of two bodies, world axes."""
+
+    distance: float
+    """m; negative when they overlap: minus the depth."""
+    point_a: NDArray[np.float64]
+    """(3,) m, on a."""
+    point_b: NDArray[np.float64]
+    """(3,) m, on b."""
+    normal: NDArray[np.float64]
+    """(3,) unit, from b to a."""
+
+
+class ContactKinematics(NamedTuple):
+    """Separation of a contact and its first two rates (S10)."""
+
+    d: float
+    """m, N . (P_A - P_B)."""
+    d_dot: float
+    """m/s, with the term of the turning normal."""
+    d_ddot: float
+    """m/s², with both extra terms."""
+
+
+def test_intersection(a: Body, b: Body) -> bool:
+    """True when the closed bodies share a point: the notes' test-intersection query."""
+    world = _common_world(a, b)
+    return world._test_intersection(a.row, b.row)
+
+
+test_intersection.__test__ = False  # type: ignore[attr-defined]  # not for pytest to collect
+
+
+def find_contacts(a: Body, b: Body, margin: float = 0.0) -> NDArray[np.void]:
+    """The contact set of two bodies: the notes' find-intersection query.
+
+    Args:
+        margin: m; points up to this separation are reported.
+
+    Returns:
+        Structured array (n,): body_a, body_b, point, normal (from b to a), separation, feature,
+        kind.
+    """
+    world = _common_world(a, b)
+    margin = checks.number(None, "margin", margin, 0.0, unit="m")
+    return world._find_contacts(a.row, b.row, margin)
+
+
+def distance(a: Body, b: Body) -> Distance:
+    """Distance and nearest points; minus the penetration depth when the bodies overlap."""
+    world = _common_world(a, b)
+    return Distance(*world._distance(a.row, b.row))
+
+
+def time_of_impact(a: Body, b: Body, t_max: float) -> float | None:
+    """Contact time (s from now) of the two bodies, or None if they don't meet within ``t_max``.
+
+    The motion is the unconstrained one (S6) from the present state: velocities, rotation, gravity and
+    applied wrenches; contacts do not act.
+    """
+    world = _common_world(a, b)
+    t_max = checks.number(None, "t_max", t_max, 0.0, unit="s")
+    return world._time_of_impact(a.row, b.row, t_max)
+
+
+def contact_kinematics(world: World, i: int) -> ContactKinematics:
+    """d, d_dot, d_ddot of row ``i`` of ``world.contacts`` (S10), from the present state and forces.
+
+    The accelerations are those of gravity, applied wrenches and the contact forces of the last step.
+
+    Raises:
+        SceneError: there is no such row.
+    """
+    n = len(world.contacts)
+    if not -n <= i < n:
+        raise SceneError(f"contact row {i} does not exist; world.contacts has {n} rows")
+    return ContactKinematics(*world._contact_kinematics(i % n))
+
+
+def _common_world(a: Body, b: Body) -> World:
+    if a.world is not b.world:
+        raise SceneError(f"bodies {a.name!r} and {b.name!r} are in different worlds")
+    if a is b:
+        raise SceneError(f"a query needs two bodies; {a.name!r} was given twice")
+    for body in (a, b):
+        if type(body.shape).__name__ == "Particle" and body.type != "dynamic":
+            raise SceneError(f"body {body.name!r} has no surface")
+    return a.world
