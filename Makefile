@@ -80,7 +80,7 @@ bench: $(VENV)/installed-bench build
 	$(PY) -m benchmarks
 
 verify: $(VENV)/installed-test build
-	$(PY) -m pytest tests/verification -s
+	$(PY) -m benchmarks.accuracy
 
 clean:
 	rm -rf build dist *.egg-info rb_physics/*.so .pytest_cache .mypy_cache .ruff_cache .hypothesis
