@@ -22,12 +22,64 @@ IslandAdvance::IslandAdvance(World& world, std::span<const std::int32_t> rows)
 }
 
 void IslandAdvance::run(double h) {
+  const Settings& settings = world_.settings;
+  const bool event_stepper = settings.stepper == Stepper::EVENT;
   // Contact times are worth their price while the island is small; a heap closes its gaps within
-  // one solve.
+  // one solve. The event stepper always takes them.
   const bool by_events =
-      contacts.size() <= static_cast<std::size_t>(world_.settings.max_event_contacts);
+      event_stepper || contacts.size() <= static_cast<std::size_t>(settings.max_event_contacts);
+  const int most_events = event_stepper ? std::max(settings.max_events, 1000) : settings.max_events;
   int events = 0;
   double left = h;
+  find_partners();
+  while (true) {
+    strike();
+    const bool last = !by_events || events >= most_events;
+    if (by_events && last) ++stats.capped;
+    double tau = event_stepper && !last ? piece_of(left) : left;
+    carry(tau, last);
+    mark();
+    bool event = false;
+    if (!last) {
+      const double stick = next_stick_time(tau);
+      if (stick < tau) carry(stick, false);
+      const double reached = std::fmin(stick, tau);
+      const double contact = next_contact_time(reached);
+      if (contact < reached) carry(contact, false);
+      event = std::fmin(contact, reached) < tau;
+      tau = std::fmin(contact, reached);
+    }
+    settle(tau);
+    book(tau);
+    move(tau);
+    left -= tau;
+    elapsed_ += tau;
+    if (last || !(left > 1e-14 * h)) break;
+    move_partners(elapsed_);
+    if (event) {
+      ++events;
+      ++stats.events;
+    }
+    find_again();
+  }
+  move_partners(0.0);
+}
+
+// The event stepper resolves the turning of bodies in contact: pieces of at most 2 mrad.
+double IslandAdvance::piece_of(double left) const {
+  constexpr double most_turn = 2e-3;  // rad; the error of a piece is of second order in it
+  const bool touching =
+      std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.touching(); });
+  if (!touching) return left;
+  double fastest = 0.0;
+  for (const std::int32_t row : rows_) {
+    fastest = std::fmax(fastest, world_.bodies[row].angular_velocity().norm());
+  }
+  const double pieces = std::ceil(fastest * left / most_turn);
+  return pieces > 1.0 ? left / pieces : left;
+}
+
+void IslandAdvance::find_partners() {
   for (const ColliderPair& pair : pairs) {
     const std::int32_t row = world_.colliders[pair.b].body;
     if (world_.bodies[row].type != BodyType::KINEMATIC) continue;
@@ -35,36 +87,6 @@ void IslandAdvance::run(double h) {
     partners_.push_back(row);
     partner_start_.push_back(world_.bodies[row].state);
   }
-  while (true) {
-    strike();
-    const bool last = !by_events || events >= world_.settings.max_events;
-    if (by_events && last) ++stats.capped;
-    carry(left, last);
-    mark();
-    if (last) {
-      settle(left);
-      book(left);
-      move(left);
-      break;
-    }
-    const double stick = next_stick_time(left);
-    if (stick < left) carry(stick, false);
-    const double reached = std::fmin(stick, left);
-    const double contact = next_contact_time(reached);
-    if (contact < reached) carry(contact, false);
-    const double tau = std::fmin(contact, reached);
-    settle(tau);
-    book(tau);
-    move(tau);
-    left -= tau;
-    elapsed_ += tau;
-    if (!(left > 1e-14 * h)) break;
-    move_partners(elapsed_);
-    ++events;
-    ++stats.events;
-    find_again();
-  }
-  move_partners(0.0);
 }
 
 void IslandAdvance::move_partners(double t) {

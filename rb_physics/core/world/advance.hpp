@@ -53,7 +53,9 @@ class IslandAdvance {
   // Earliest time in (0, tau) at which a sliding contact comes to stick, else tau.
   double next_stick_time(double tau);
   void find_again();
+  void find_partners();
   void move_partners(double t);
+  double piece_of(double left) const;
 
   bool touches(const ColliderPair& pair) const;
   std::optional<double> impact_of_pair(const ColliderPair& pair, double t_max) const;
