@@ -50,6 +50,7 @@ class NodeProcess:
         }
         self.process = subprocess.Popen(
             [sys.executable, "-m", module, *arguments],
+            stdin=subprocess.DEVNULL,
             stdout=self._output,
             stderr=subprocess.STDOUT,
             env=env,
