@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -205,7 +206,7 @@ class CdrReader:
             raise ValueError(
                 f"encapsulation {bytes(data[:2]).hex()} is not plain CDR (0000 or 0001)"
             )
-        self.order = "<" if data[1] == 1 else ">"
+        self.order: Literal["<", ">"] = "<" if data[1] == 1 else ">"
         self._data = data
         self._position = 4
 
@@ -224,13 +225,13 @@ class CdrReader:
         return struct.unpack_from(f"{self.order}{count}{code}", self._data, start)
 
     def u8(self) -> int:
-        return self.unpack("B")[0]
+        return int(self.unpack("B")[0])
 
     def i32(self) -> int:
-        return self.unpack("i")[0]
+        return int(self.unpack("i")[0])
 
     def u32(self) -> int:
-        return self.unpack("I")[0]
+        return int(self.unpack("I")[0])
 
     def string(self) -> str:
         length = self.u32()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,7 +93,7 @@ def decode_point_cloud(data: bytes) -> tuple[int, str, NDArray]:
         if kind not in _POINT_TYPES:
             raise ValueError(f"point field {names[-1]} has unknown type {kind}")
         formats.append(_POINT_TYPES[kind] if count == 1 else (_POINT_TYPES[kind], count))
-    order = ">" if reader.u8() else "<"
+    order: Literal["<", ">"] = ">" if reader.u8() else "<"
     point_step = reader.u32()
     reader.u32()  # row_step
     size = reader.u32()

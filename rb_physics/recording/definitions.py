@@ -12,6 +12,7 @@ import hashlib
 import json
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -47,7 +48,8 @@ class Definition(NamedTuple):
 
 @functools.cache
 def _table() -> dict[str, dict[str, str]]:
-    return json.loads(_TABLE.read_text(encoding="utf-8"))
+    table: dict[str, dict[str, str]] = json.loads(_TABLE.read_text(encoding="utf-8"))
+    return table
 
 
 @functools.cache
@@ -104,11 +106,11 @@ def installed_hash(type_name: str) -> str:
     described = json.loads(_installed_file(type_name, ".json").read_text(encoding="utf-8"))
     for entry in described["type_hashes"]:
         if entry["type_name"] == type_name:
-            return entry["hash_string"]
+            return str(entry["hash_string"])
     raise LookupError(f"the installed description of {type_name} holds no hash of it")
 
 
-def _dependencies(type_name: str, fields) -> list[str]:
+def _dependencies(type_name: str, fields: Callable[[str], str]) -> list[str]:
     """Every type that `type_name` refers to, directly or not, sorted."""
     found: set[str] = set()
     todo = [type_name]

@@ -12,7 +12,7 @@ import threading
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import IO, NamedTuple, cast
 
 from .definitions import definition
 from .message_queue import Entry, MessageQueue
@@ -108,7 +108,7 @@ class McapLog:
         flush_interval: float = 0.04,
         queue_bytes: int = 64 * 1024 * 1024,
         policy: str = "block",
-        split_bytes: int | None = None,
+        split_bytes: int | None = 256 * 1024 * 1024,
         split_duration: float | None = None,
         fsync: bool = False,
     ) -> None:
@@ -267,7 +267,9 @@ class McapLog:
         self._channels: dict[int, int] = {}
         self._index_bytes = 0
         self._writer = self._writer_class(
-            self._stream, chunk_size=self._chunk_bytes, compression=self._compression
+            cast(IO[bytes], self._stream),
+            chunk_size=self._chunk_bytes,
+            compression=self._compression,
         )
         self._writer.start(profile="ros2", library="rb_physics")
         for attachment in self._attachments:

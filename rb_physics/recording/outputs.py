@@ -72,7 +72,7 @@ class Outputs:
         self._row_of = {body.name: row for row, body in enumerate(self.bodies)}
         self.topics = self._table.expand(world.bodies, self._node_name)
         self._centers = np.array([b.center_of_mass for b in self.bodies]).reshape(-1, 3)
-        self._dt_ns = world.settings.dt * 1e9
+        self._dt_ns = float(world.settings.dt) * 1e9
         self._groups: list[_Group] = []
         keyed: dict[tuple, list[Topic]] = {}
         for topic in self.topics:
@@ -97,7 +97,8 @@ class Outputs:
         self._earliest = min((group.next_ns for group in self._groups), default=math.inf)
 
     def _time_ns(self) -> int:
-        return round(self._world.time * 1e9)
+        now: float = self._world.time
+        return round(now * 1e9)
 
     def _next(self, group: _Group, now: float) -> float:
         """The first multiple of the period after now; half a step early counts as on time."""

@@ -19,14 +19,16 @@ def rotate(quaternions: NDArray, vectors: NDArray) -> NDArray:
     """Vectors (N, 3) from the rotated into the parent axes."""
     u, w = quaternions[:, :3], quaternions[:, 3:]
     t = 2.0 * cross(u, vectors)
-    return vectors + w * t + cross(u, t)
+    turned: NDArray = vectors + w * t + cross(u, t)
+    return turned
 
 
 def rotate_inverse(quaternions: NDArray, vectors: NDArray) -> NDArray:
     """Vectors (N, 3) from the parent into the rotated axes."""
     u, w = -quaternions[:, :3], quaternions[:, 3:]
     t = 2.0 * cross(u, vectors)
-    return vectors + w * t + cross(u, t)
+    turned: NDArray = vectors + w * t + cross(u, t)
+    return turned
 
 
 def multiply(a: NDArray, b: NDArray) -> NDArray:
@@ -44,4 +46,5 @@ def from_z_axis(direction: NDArray) -> NDArray:
     if z < -1.0 + 1e-12:  # opposite: any axis across will do
         return np.array([1.0, 0.0, 0.0, 0.0])
     quaternion = np.array([-y, x, 0.0, 1.0 + z])
-    return quaternion / np.linalg.norm(quaternion)
+    quaternion /= np.linalg.norm(quaternion)
+    return quaternion

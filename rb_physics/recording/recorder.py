@@ -266,7 +266,8 @@ class Recorder:
 
     def _now(self) -> int:
         """The log time: simulated time that never goes back."""
-        log_time = round(self._world.time * 1e9) + self._time_offset
+        now: float = self._world.time
+        log_time = round(now * 1e9) + self._time_offset
         if log_time < self._last_log_time:
             self._time_offset += self._last_log_time - log_time
             log_time = self._last_log_time

@@ -144,13 +144,13 @@ class RerunLog:
             log(f"world/{name}", arrows, static=True)
         points = rr.Points3D.from_fields(colors=[FORCE], radii=[1.5 * radius])
         log("world/contact_points", points, static=True)
-        for name, color in (("kinetic", (89, 161, 79)), ("potential", (78, 121, 167)),
-                            ("total", (205, 205, 210))):  # fmt: skip
+        for name, color in (("kinetic", (89, 161, 79, 255)), ("potential", (78, 121, 167, 255)),
+                            ("total", (205, 205, 210, 255))):  # fmt: skip
             self._series(f"plots/energy/{name}", f"{name} [J]", color)
-        self._series("plots/solver/residual", "log10 of residual", (176, 122, 161))
-        self._series("plots/solver/penetration", "log10 of deepest penetration [m]", (225, 50, 45))
+        self._series("plots/solver/residual", "log10 of residual", (176, 122, 161, 255))
+        self._series("plots/solver/penetration", "log10 of deepest penetration [m]", FORCE)
         for name in self._plotted:
-            color = self._colors[self._row_of[name]][:3]
+            color = self._colors[self._row_of[name]]
             self._series(f"plots/contact_force/{name}", f"{name} [N]", color)
 
     def _series(self, entity: str, name: str, color: tuple[int, ...]) -> None:

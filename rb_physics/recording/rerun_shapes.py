@@ -139,7 +139,8 @@ def _capsule_start(positions: NDArray, orientations: NDArray, half_lengths: Any)
     """Rerun's capsules begin at their translation; ours lie about it."""
     down = np.zeros((len(positions), 3))
     down[:, 2:] = -np.asarray(half_lengths).reshape(-1, 1)
-    return positions + rotate(orientations, down)
+    start: NDArray = positions + rotate(orientations, down)
+    return start
 
 
 def _tile_size(bodies: Sequence[BodyDescription], poses: NDArray) -> float:

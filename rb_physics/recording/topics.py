@@ -170,15 +170,16 @@ def parse_topics(text: str, source: str = "topics.yaml") -> TopicTable:
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = mark.line + 1 if mark else 1
-        raise TopicError(f"{source}:{line}: not valid YAML: {getattr(error, 'problem', error)}")  # noqa: B904
+        problem = getattr(error, "problem", error)
+        raise TopicError(f"{source}:{line}: not valid YAML: {problem}") from None
     if root is None:
         raise TopicError(f"{source}:1: the file is empty; it needs a list 'topics'")
     schema = json.loads(Path(__file__).with_name("topics.schema.json").read_text(encoding="utf-8"))
     errors = jsonschema.Draft202012Validator(schema).iter_errors(data)
-    for error in sorted(errors, key=lambda e: [str(p) for p in e.absolute_path]):
-        where = ".".join(str(p) for p in error.absolute_path) or "file"
+    for wrong in sorted(errors, key=lambda e: [str(p) for p in e.absolute_path]):
+        where = ".".join(str(p) for p in wrong.absolute_path) or "file"
         raise TopicError(
-            f"{source}:{_line(root, list(error.absolute_path))}: {where}: {_reason(error)}"
+            f"{source}:{_line(root, list(wrong.absolute_path))}: {where}: {_reason(wrong)}"
         )
     entries = []
     for i, raw in enumerate(data["topics"]):
