@@ -13,9 +13,11 @@ from typing import Any
 from rclpy.callback_groups import CallbackGroup
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 
 from .commands import CommandQueue
 from .conversions import message_class, qos_profile
+from .graph_watch import GraphWatch
 from .inputs import Inputs
 
 WAIT = 100_000_000  # ns between looks at the request to stop
@@ -54,7 +56,17 @@ class Subscribing:
             )
             for topic in inputs.topics
         ]
+        for subscription in self._subscriptions:
+            self._leave_events_to_executor(node, subscription)
+        self._watch = GraphWatch(node, self._subscriptions)
         self._thread = threading.Thread(target=self._run, name="inputs", daemon=True)
+
+    @staticmethod
+    def _leave_events_to_executor(node: Node, subscription: Subscription) -> None:
+        """So that a publisher with incompatible QoS is still reported by rclpy."""
+        for handler in subscription.event_handlers:
+            handler.callback_group = node.default_callback_group
+            node.default_callback_group.add_entity(handler)
 
     def start(self) -> None:
         """Begin to take messages."""
@@ -88,3 +100,4 @@ class Subscribing:
                     put(index, taken[0])
             if lockstep:
                 self._commands.wake()
+            self._watch.look()

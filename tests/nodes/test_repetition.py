@@ -1,0 +1,51 @@
+"""A recorded node run, with everything that was done to it, repeats to the bit."""
+
+import json
+
+from geometry_msgs.msg import PoseArray, WrenchStamped
+from harness import wait_for
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+
+from rb_physics.recording.replay import verify
+
+
+def test_a_run_with_wrenches_pauses_and_resets_repeats_from_its_log(simulator, tmp_path):
+    sim = simulator(record_dir=tmp_path / "runs", step_count=30)
+    client = sim.client
+    poses = client.collect(PoseArray, "/sim_node/poses")
+    operations = client.collect(String, "/sim_node/operations")
+    crate = client.publisher(WrenchStamped, "/sim_node/bodies/crate/wrench")
+    floater = client.publisher(WrenchStamped, "/sim_node/bodies/floater/wrench")
+
+    def push(publisher, frame, x):
+        message = WrenchStamped()
+        message.header.frame_id = frame
+        message.wrench.force.x, message.wrench.torque.y = x, 0.1 * x
+        publisher.publish(message)
+
+    def wait_steps(count):
+        seen = len(poses)
+        wait_for(lambda: len(poses) >= seen + count, "more poses")
+
+    for force in (3.0, 12.0, 25.0):
+        push(crate, "crate/tip", force)
+        push(floater, "world", -force)
+        wait_steps(7)
+    assert client.call(SetBool, "/sim_node/pause", SetBool.Request(data=True)).success
+    assert client.call(Trigger, "/sim_node/step").success
+    assert client.call(Trigger, "/sim_node/reset_state").success
+    push(crate, "world", 15.0)
+    assert client.call(SetBool, "/sim_node/pause", SetBool.Request(data=False)).success
+    wait_steps(10)
+    assert client.call(Trigger, "/sim_node/clear_wrenches").success
+    assert client.call(Trigger, "/sim_node/reset").success
+    push(floater, "floater", 5.0)
+    wait_steps(20)
+    assert sim.node.stop() == 0
+    names = {json.loads(message.data)["name"] for message in operations}
+    assert {"apply_wrench", "reset", "reset_state"} <= names
+    (run,) = (tmp_path / "runs").iterdir()
+    result = verify(run)
+    assert result.difference is None, result.text
+    assert result.steps > 300
