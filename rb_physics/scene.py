@@ -206,7 +206,12 @@ def _shape(data: dict[str, Any]) -> Any:
     if data["type"] == "compound":
         parts = [(_shape(part["shape"]), *_pose(part)) for part in given["parts"]]
         return rb_physics.Compound(parts)
-    return getattr(rb_physics, _BUILDERS[data["type"]])(**given)
+    build = getattr(rb_physics, _BUILDERS[data["type"]], None)
+    if build is None:
+        raise SceneError(
+            f"this version cannot simulate the shape {data['type']}", field="shape.type"
+        )
+    return build(**given)
 
 
 def _with_meshes(document: Document, folder: Path | None) -> dict[str, Any]:

@@ -123,7 +123,7 @@ def test_readme_map_is_true() -> None:
             assert (ROOT / path).exists(), f"the map shows {path}, which does not exist"
             assert (ROOT / path).is_dir() == name.endswith("/"), f"{path}: folders end in /"
             shown.add(path)
-        stack[depth:] = [names[0].rstrip("/")]
+        stack[depth:] = [names[-1].rstrip("/")]
     tracked = subprocess.run(
         ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, timeout=60
     )

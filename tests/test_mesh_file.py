@@ -50,7 +50,7 @@ def test_written_scene_needs_no_mesh_file(tmp_path: Path) -> None:
     [
         ("file: none.stl", "none.stl', which does not exist"),
         ("file: scene.yaml", "scene.yaml', it must end in .stl or .obj"),
-        ("file: broken.stl", "broken.stl', which cannot be read"),
+        ("file: broken.stl", "broken.stl', which"),
         ("file: empty.obj", "empty.obj', which"),
         ("file: none.stl, points: [[0,0,0],[1,0,0],[0,1,0],[0,0,1]]", "both file and points"),
         ("points: [[0,0,0],[1,0,0],[0,1,0],[0,0,1]], scale: 2", "scale goes with file only"),
