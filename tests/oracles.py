@@ -57,6 +57,46 @@ def reach(shape, pose: Pose, n: np.ndarray) -> float:
     return float(n @ position + r)
 
 
+def reaches(shape, pose: Pose, n: np.ndarray) -> np.ndarray:
+    """`reach` for many directions (k, 3)."""
+    d = n @ rotation(pose[1])
+    r = np.zeros(len(n))
+    if isinstance(shape, core.Sphere):
+        r = shape.radius * np.linalg.norm(d, axis=1)
+    elif isinstance(shape, core.Capsule):
+        r = shape.radius * np.linalg.norm(d, axis=1) + shape.half_length * np.abs(d[:, 2])
+    elif isinstance(shape, core.Cylinder):
+        r = shape.radius * np.hypot(d[:, 0], d[:, 1]) + shape.half_length * np.abs(d[:, 2])
+    elif not isinstance(shape, core.Particle):
+        r = (d @ vertices(shape).T).max(axis=1)
+    return n @ pose[0] + r
+
+
+def searched_separation(a, pose_a: Pose, b, pose_b: Pose) -> float:
+    """Greatest separation over directions by search: from below, to about 1e-9 where it is smooth."""
+    rng = np.random.default_rng(0)
+
+    def gaps(n):
+        return -reaches(a, pose_a, -n) - reaches(b, pose_b, n)
+
+    n = rng.normal(size=(3000, 3))
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    found = gaps(n)
+    best = -np.inf
+    for start in np.argsort(found)[-40::8]:
+        center, value, width = n[start], found[start], 0.1
+        while width > 1e-9:
+            near = center + width * rng.normal(size=(60, 3))
+            near /= np.linalg.norm(near, axis=1)[:, None]
+            tried = gaps(near)
+            if tried.max() > value:
+                center, value = near[tried.argmax()], tried.max()
+            else:
+                width *= 0.5
+        best = max(best, value)
+    return float(best)
+
+
 def separation_along(a, pose_a: Pose, b, pose_b: Pose, n: np.ndarray) -> float:
     """Width of the gap between the shapes along n (from b to a); minus the overlap."""
     return -reach(a, pose_a, -n) - reach(b, pose_b, n)

@@ -66,6 +66,32 @@ void face_contacts(const Box& a, const Placement& at_a, const Box& b, const Plac
   clip_faces(reference, incident, reference_is_b, margin, tolerance, out);
 }
 
+// The deepest corner alone, should rounding leave nothing over the face.
+void deepest_contact(const Box& a, const Placement& at_a, const Box& b, const Placement& at_b,
+                     const BoxAxis& axis, Manifold& out) {
+  const std::uint32_t face = make_feature(FeatureType::FACE, axis.face);
+  ManifoldPoint p;
+  p.normal = axis.normal;
+  p.separation = axis.separation;
+  p.kind = ContactKind::VERTEX_FACE;
+  if (axis.kind == BoxAxis::FACE_B) {
+    const SupportPoint corner = BoxSupport{a, at_a}(-axis.normal);
+    p.point_a = corner.point;
+    p.point_b = corner.point - axis.separation * axis.normal;
+    p.feature_a = make_feature(FeatureType::VERTEX, corner.index);
+    p.feature_b = face;
+    p.normal_owner = NormalOwner::B;
+  } else {
+    const SupportPoint corner = BoxSupport{b, at_b}(axis.normal);
+    p.point_b = corner.point;
+    p.point_a = corner.point + axis.separation * axis.normal;
+    p.feature_a = face;
+    p.feature_b = make_feature(FeatureType::VERTEX, corner.index);
+    p.normal_owner = NormalOwner::A;
+  }
+  out.add(p);
+}
+
 // Nearest points of separated boxes that meet corner to corner or corner to edge.
 void nearest_contact(double margin, const GjkResult& nearest, Manifold& out) {
   if (!(nearest.distance <= margin)) return;
@@ -167,8 +193,10 @@ void contacts_box_box(const Box& a, const Placement& at_a, const Box& b, const P
     if (nearest.distance > axis.separation + tolerance) {
       out.truncate(first);
       nearest_contact(margin, nearest, out);
+      return;
     }
   }
+  if (out.size() == first) deepest_contact(a, at_a, b, at_b, axis, out);
 }
 
 }  // namespace rb

@@ -36,7 +36,7 @@ struct GjkResult {
 // and its lower bound.
 template <class SupportA, class SupportB>
 GjkResult gjk(const SupportA& support_a, const SupportB& support_b, const Vec3& direction,
-              double beyond, double zero, double relative = 1e-15) {
+              double beyond, double zero, double relative = 1e-15, double absolute = 0.0) {
   constexpr int max_iterations = 200;  // polytopes need about ten, smooth sets some dozens
   GjkResult result;
   Simplex& simplex = result.simplex;
@@ -71,7 +71,8 @@ GjkResult gjk(const SupportA& support_a, const SupportB& support_b, const Vec3& 
     result.status = GjkStatus::SEPARATED;
     result.toward_a = v;
     result.distance = length;
-    if (v_sq - reach <= relative * v_sq || simplex.contains(next.w)) return result;
+    if (v_sq - reach <= relative * v_sq + absolute * length || simplex.contains(next.w))
+      return result;
     const Simplex before = simplex;
     simplex.vertex[simplex.size++] = next;
     if (!simplex.reduce_to_nearest()) {

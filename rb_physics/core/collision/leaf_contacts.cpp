@@ -64,6 +64,19 @@ Table make_table() {
   set.operator()<Box, ConvexHull, contacts_box_hull>();
   set.operator()<ConvexHull, ConvexHull, contacts_hull_hull>();
   set.operator()<ConvexHull, HalfSpace, contacts_hull_half_space>();
+  set.operator()<Particle, Capsule, contacts_ball_capsule>();
+  set.operator()<Sphere, Capsule, contacts_ball_capsule>();
+  set.operator()<Capsule, Capsule, contacts_capsule_capsule>();
+  set.operator()<Capsule, Cylinder, contacts_capsule_cylinder>();
+  set.operator()<Capsule, Box, contacts_capsule_box>();
+  set.operator()<Capsule, ConvexHull, contacts_capsule_hull>();
+  set.operator()<Capsule, HalfSpace, contacts_capsule_half_space>();
+  set.operator()<Particle, Cylinder, contacts_ball_cylinder>();
+  set.operator()<Sphere, Cylinder, contacts_ball_cylinder>();
+  set.operator()<Cylinder, Cylinder, contacts_cylinder_cylinder>();
+  set.operator()<Cylinder, Box, contacts_cylinder_box>();
+  set.operator()<Cylinder, ConvexHull, contacts_cylinder_hull>();
+  set.operator()<Cylinder, HalfSpace, contacts_cylinder_half_space>();
   return table;
 }
 

@@ -37,6 +37,14 @@ struct ManifoldPoint {
   NormalOwner normal_owner = NormalOwner::CENTERS;
 };
 
+// The same contact with A and B exchanged.
+inline ManifoldPoint mirrored(const ManifoldPoint& p) {
+  const NormalOwner owner = p.normal_owner == NormalOwner::A   ? NormalOwner::B
+                            : p.normal_owner == NormalOwner::B ? NormalOwner::A
+                                                               : p.normal_owner;
+  return {p.point_b, p.point_a, -p.normal, p.separation, p.feature_b, p.feature_a, p.kind, owner};
+}
+
 class Manifold {
  public:
   static constexpr int capacity = 8;
@@ -58,17 +66,7 @@ class Manifold {
 
   // The same contacts with A and B exchanged.
   void mirror() {
-    for (int i = 0; i < size_; ++i) {
-      ManifoldPoint& p = points_[i];
-      p.point_a.swap(p.point_b);
-      p.normal = -p.normal;
-      std::swap(p.feature_a, p.feature_b);
-      if (p.normal_owner == NormalOwner::A) {
-        p.normal_owner = NormalOwner::B;
-      } else if (p.normal_owner == NormalOwner::B) {
-        p.normal_owner = NormalOwner::A;
-      }
-    }
+    for (int i = 0; i < size_; ++i) points_[i] = mirrored(points_[i]);
   }
 
  private:

@@ -33,4 +33,27 @@ void contacts_hull_hull(const ConvexHull& a, const Placement& at_a, const Convex
 void contacts_hull_half_space(const ConvexHull& a, const Placement& at_a, const HalfSpace& b,
                               const Placement& at_b, double margin, Manifold& out);
 
+void contacts_ball_capsule(const Ball& a, const Placement& at_a, const Capsule& b,
+                           const Placement& at_b, double margin, Manifold& out);
+void contacts_capsule_capsule(const Capsule& a, const Placement& at_a, const Capsule& b,
+                              const Placement& at_b, double margin, Manifold& out);
+void contacts_capsule_cylinder(const Capsule& a, const Placement& at_a, const Cylinder& b,
+                               const Placement& at_b, double margin, Manifold& out);
+void contacts_capsule_box(const Capsule& a, const Placement& at_a, const Box& b,
+                          const Placement& at_b, double margin, Manifold& out);
+void contacts_capsule_hull(const Capsule& a, const Placement& at_a, const ConvexHull& b,
+                           const Placement& at_b, double margin, Manifold& out);
+void contacts_capsule_half_space(const Capsule& a, const Placement& at_a, const HalfSpace& b,
+                                 const Placement& at_b, double margin, Manifold& out);
+void contacts_ball_cylinder(const Ball& a, const Placement& at_a, const Cylinder& b,
+                            const Placement& at_b, double margin, Manifold& out);
+void contacts_cylinder_cylinder(const Cylinder& a, const Placement& at_a, const Cylinder& b,
+                                const Placement& at_b, double margin, Manifold& out);
+void contacts_cylinder_box(const Cylinder& a, const Placement& at_a, const Box& b,
+                           const Placement& at_b, double margin, Manifold& out);
+void contacts_cylinder_hull(const Cylinder& a, const Placement& at_a, const ConvexHull& b,
+                            const Placement& at_b, double margin, Manifold& out);
+void contacts_cylinder_half_space(const Cylinder& a, const Placement& at_a, const HalfSpace& b,
+                                  const Placement& at_b, double margin, Manifold& out);
+
 }  // namespace rb

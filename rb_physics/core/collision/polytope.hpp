@@ -30,6 +30,8 @@ class Polytope {
     const int i = farthest(direction);
     return {vertices_[i], i};
   }
+  // Second derivative of the support function: corners are sharp.
+  double curvature(const Vec3&, const Vec3&, const Vec3&) const { return 0.0; }
   // Of the faces around a vertex, the one that looks most against `direction`.
   int opposing_face(const Vec3& direction, int vertex) const;
   FacePolygon polygon(int face, std::vector<PolygonCorner>& corners) const;

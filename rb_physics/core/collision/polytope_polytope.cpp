@@ -63,6 +63,32 @@ bool edge_contact(const Polytope& a, const Polytope& b, const PolytopeAxis& axis
          at_b <= length_b + tolerance;
 }
 
+// The deepest vertex alone, should rounding leave nothing over the face.
+void deepest_contact(const Polytope& a, const Polytope& b, const PolytopeAxis& axis,
+                     Manifold& out) {
+  const bool reference_is_b = axis.kind == PolytopeAxis::FACE_B;
+  ManifoldPoint p;
+  p.normal = axis.normal;
+  p.separation = axis.separation;
+  p.kind = ContactKind::VERTEX_FACE;
+  if (reference_is_b) {
+    const int vertex = a.farthest(-axis.normal);
+    p.point_a = a.vertex(vertex);
+    p.point_b = p.point_a - axis.separation * axis.normal;
+    p.feature_a = make_feature(FeatureType::VERTEX, vertex);
+    p.feature_b = make_feature(FeatureType::FACE, axis.feature_b);
+    p.normal_owner = NormalOwner::B;
+  } else {
+    const int vertex = b.farthest(axis.normal);
+    p.point_b = b.vertex(vertex);
+    p.point_a = p.point_b + axis.separation * axis.normal;
+    p.feature_a = make_feature(FeatureType::FACE, axis.feature_a);
+    p.feature_b = make_feature(FeatureType::VERTEX, vertex);
+    p.normal_owner = NormalOwner::A;
+  }
+  out.add(p);
+}
+
 // The one pair of nearest points of polytopes that are apart.
 void nearest_contact(const Polytope& a, const Polytope& b, double margin, const GjkResult& nearest,
                      Manifold& out) {
@@ -98,10 +124,14 @@ void contacts_polytopes(const Polytope& a, const Polytope& b, double margin, Man
   const int first = out.size();
   if (!apart || nearest.distance <= axis.separation + scale.tolerance) {
     if (axis.kind == PolytopeAxis::EDGES) {
-      if (edge_contact(a, b, axis, scale.tolerance, out) || !apart) return;
+      if (edge_contact(a, b, axis, scale.tolerance, out)) return;
     } else {
       face_contacts(a, b, axis, margin, scale.tolerance, out);
-      if (out.least_separation(first) <= axis.separation + scale.tolerance || !apart) return;
+      if (out.least_separation(first) <= axis.separation + scale.tolerance) return;
+    }
+    if (!apart) {
+      if (out.size() == first) deepest_contact(a, b, axis, out);
+      return;
     }
   }
   out.truncate(first);
