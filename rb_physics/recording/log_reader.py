@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple, cast
 
 import yaml
 
@@ -15,6 +16,18 @@ from .mcap_log import RecordingError
 
 _RECORD_LIMIT = 256 * 1024 * 1024  # bytes one record of a file may claim
 _METADATA_LIMIT = 64 * 1024 * 1024  # bytes of metadata.yaml
+
+
+class _Bounded:
+    """A file whose damaged lengths can't ask for more memory than the file is long."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+        self._size = os.fstat(file.fileno()).st_size
+
+    def read(self, size: int = -1) -> bytes:
+        left = self._size - self._file.tell()
+        return self._file.read(left if size < 0 else min(size, left))
 
 
 def _decompressed(chunk: Any) -> Any:
@@ -125,7 +138,11 @@ class Recording:
             complete, good = False, 0
             try:
                 with open(path, "rb") as file:
-                    reader = StreamReader(file, emit_chunks=True, record_size_limit=_RECORD_LIMIT)
+                    reader = StreamReader(
+                        cast(IO[bytes], _Bounded(file)),
+                        emit_chunks=True,
+                        record_size_limit=_RECORD_LIMIT,
+                    )
                     for record in reader.records:
                         good = file.tell()
                         complete = isinstance(record, Footer)

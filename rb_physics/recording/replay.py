@@ -117,8 +117,17 @@ class Run:
         world = Scene.from_yaml(self.scene_text, source=f"{self.log.directory}/scene.yaml").build(
             **chosen
         )
-        world.restore(self.snapshots[0])
+        _restore(world, self, 0)
         return world
+
+
+def _restore(world: Any, run: Run, step: int) -> None:
+    try:
+        world.restore(run.snapshots[step])
+    except ValueError as error:
+        raise RecordingError(
+            f"{run.log.directory}: the snapshot of step {step} doesn't fit: {error}"
+        ) from None
 
 
 class Repetition:
@@ -136,15 +145,23 @@ class Repetition:
         while self._pending and self._pending[-1].step < step:
             operation = self._pending.pop()
             if operation.name in ("add_body", "remove_body"):
-                self._operations.perform(operation.name, operation.arguments)
-        self.world.restore(self._run.snapshots[step])
+                self._perform(operation)
+        _restore(self.world, self._run, step)
         self.step = step
+
+    def _perform(self, operation: Operation) -> None:
+        try:
+            self._operations.perform(operation.name, operation.arguments)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise RecordingError(
+                f"{self._run.log.directory}: {operation.name} at step {operation.step} can't be "
+                f"done again: {error}"
+            ) from None
 
     def advance(self, until: int) -> NDArray:
         """Steps to `until`, at most to the next logged change after the present one; the hashes."""
         while self._pending and self._pending[-1].step <= self.step:
-            operation = self._pending.pop()
-            self._operations.perform(operation.name, operation.arguments)
+            self._perform(self._pending.pop())
         if self._pending:
             until = min(until, self._pending[-1].step)
         self.world.keep_hashes = True
