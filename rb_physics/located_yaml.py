@@ -121,13 +121,17 @@ class _Parser:
             raise self.error(event, "a second document starts here; only one is allowed")
         return Document(self.name, data, self.lines)
 
+    @staticmethod
+    def line(event: Any) -> int:
+        return int(event.start_mark.line) + 1
+
     def error(self, event: Any, sentence: str) -> ValueError:
-        return ValueError(f"{self.name}:{event.start_mark.line + 1}: {sentence}")
+        return ValueError(f"{self.name}:{self.line(event)}: {sentence}")
 
     def value(self, event: Any, path: Path, depth: int) -> Any:
         if depth > MAX_DEPTH:
             raise self.error(event, f"nested deeper than {MAX_DEPTH} levels")
-        self.lines.setdefault(path, event.start_mark.line + 1)
+        self.lines.setdefault(path, self.line(event))
         if isinstance(event, yaml.AliasEvent):
             if event.anchor not in self.anchors:
                 raise self.error(event, f"alias *{event.anchor} names no anchor that ended before")
@@ -160,11 +164,12 @@ class _Parser:
         while not isinstance(item := next(self.events), yaml.MappingEndEvent):
             if not isinstance(item, yaml.ScalarEvent):
                 raise self.error(item, "a key must be text")
-            key = item.value
+            key: str = item.value
+            line = self.line(item)
             if key in data:
                 first = self.lines[(*path, key)]
                 raise self.error(item, f"the key {key!r} is given twice (first in line {first})")
-            self.lines[(*path, key)] = item.start_mark.line + 1
+            self.lines[(*path, key)] = line
             data[key] = self.value(next(self.events), (*path, key), depth + 1)
         return data
 

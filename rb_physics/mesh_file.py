@@ -59,7 +59,7 @@ def _read(path: Path, scale: float) -> tuple[list[list[float]], list[list[int]]]
         ) from None
     try:
         # force: an OBJ with several objects becomes one mesh; the default merges equal vertices
-        mesh = trimesh.load(path, force="mesh")
+        mesh: Any = trimesh.load(path, force="mesh")
         vertices, triangles = mesh.vertices * scale, mesh.faces
     except Exception as problem:  # whatever a broken file makes the reader raise
         raise error(f"which cannot be read: {problem}") from None

@@ -10,9 +10,9 @@ import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .errors import SceneError
 from .resources import PACKAGE, scene_path
@@ -20,6 +20,8 @@ from .resources import PACKAGE, scene_path
 if TYPE_CHECKING:
     from .located_yaml import Document
     from .world import World
+
+Result = TypeVar("Result")
 
 _BUILDERS = {
     "particle": "Particle",
@@ -121,15 +123,15 @@ class Scene:
         """
         from .world import World
 
-        chosen = {key: self.data[key] for key in ("gravity", "dt") if key in self.data}
-        chosen |= self.data.get("settings", {})
+        chosen: dict[str, Any] = dict(self.data.get("settings", {}))
+        chosen |= {key: self.data[key] for key in ("gravity", "dt") if key in self.data}
         chosen |= settings
         document = self._document
-        world = _located(document, ("settings",), None, lambda: World(**chosen))
+        world = _located(document, ("settings",), None, partial(World, **chosen))
         for row, body in enumerate(self.bodies):
             at, name = ("bodies", row), body["name"]
-            shape = _located(document, (*at, "shape"), name, lambda b=body: _shape(b["shape"]))
-            _located(document, at, name, lambda s=shape, b=body: world.add_body(s, **_given(b)))
+            shape = _located(document, (*at, "shape"), name, partial(_shape, body["shape"]))
+            _located(document, at, name, partial(world.add_body, shape, **_given(body)))
         return world
 
     def to_yaml(self) -> str:
@@ -166,8 +168,8 @@ def _check_names(document: Document) -> None:
 
 
 def _located(
-    document: Document, path: tuple[str | int, ...], body: str | None, act: Callable[[], Any]
-) -> Any:
+    document: Document, path: tuple[str | int, ...], body: str | None, act: Callable[[], Result]
+) -> Result:
     """Runs `act`; its errors get file, line and body in front."""
     try:
         return act()
@@ -235,6 +237,7 @@ def _with_meshes(document: Document, folder: Path | None) -> dict[str, Any]:
     for row, body in enumerate(document.data["bodies"]):
         inner = shape(body["shape"], ("bodies", row, "shape"))
         bodies.append(body if inner is body["shape"] else {**body, "shape": inner})
-    if all(a is b for a, b in zip(bodies, document.data["bodies"], strict=True)):
-        return document.data
-    return {**document.data, "bodies": bodies}
+    data: dict[str, Any] = document.data
+    if all(a is b for a, b in zip(bodies, data["bodies"], strict=True)):
+        return data
+    return {**data, "bodies": bodies}
