@@ -83,19 +83,7 @@ def test_eventful_run_is_identical(tmp_path):
     assert result.text == "identical, 230 steps, 0.46 s"
 
 
-# A world restored into fresh memory repeats a resting stack only while its warm start is accepted:
-# the first full contact solve then depends on the solver's memory of earlier solves.
-FRESH_MEMORY = pytest.mark.xfail(reason="the contact solver's workspace holds hidden state")
-
-
-@pytest.mark.parametrize(
-    ("start", "steps"),
-    [
-        (0.0, 230),
-        pytest.param(0.15, 180, marks=FRESH_MEMORY),
-        pytest.param(0.31, 80, marks=FRESH_MEMORY),
-    ],
-)
+@pytest.mark.parametrize(("start", "steps"), [(0.0, 230), (0.15, 180), (0.31, 80)])
 def test_it_can_start_at_a_snapshot(tmp_path, start, steps):
     record_eventful(tmp_path / "run")
     result = verify(tmp_path / "run", start=start)

@@ -152,7 +152,11 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
   for (const Vec6& t : ws.target) scale += t.squaredNorm();
   scale = std::sqrt(scale);
   ws.z.assign(nb, Vec6::Zero());
+  ws.y.assign(nb, Vec6::Zero());
   Newton newton{problem, cones, space, ws};
+  for (std::size_t i = 0; i < nc; ++i) {  // the first line search starts from z = 0
+    ws.argument[i] = contact_components(problem.contacts[i], cones[i], ws.y);
+  }
   // At z = 0 every P_F is at its apex, where the Jacobian says nothing: start inside K instead.
   for (std::size_t i = 0; i < nc; ++i) {
     ConeFace& face = ws.faces[i];
