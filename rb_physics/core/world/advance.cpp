@@ -28,7 +28,12 @@ void IslandAdvance::run(double h) {
   // one solve. The event stepper always takes them.
   const bool by_events =
       event_stepper || contacts.size() <= static_cast<std::size_t>(settings.max_event_contacts);
-  const int most_events = event_stepper ? std::max(settings.max_events, 1000) : settings.max_events;
+  // An event costs a solve: the more contacts, the fewer events.
+  const int share = contacts.empty() ? settings.max_events
+                                     : 8 * settings.max_events / static_cast<int>(contacts.size());
+  const int most_events =
+      event_stepper ? std::max(settings.max_events, 1000)
+                    : std::clamp(share, std::min(2, settings.max_events), settings.max_events);
   int events = 0;
   double left = h;
   find_partners();
@@ -50,7 +55,7 @@ void IslandAdvance::run(double h) {
       tau = std::fmin(contact, reached);
     }
     settle(tau);
-    book(tau);
+    book();
     move(tau);
     left -= tau;
     elapsed_ += tau;
@@ -269,7 +274,15 @@ void IslandAdvance::carry(double tau, bool far_too) {
   stats.residual = std::fmax(stats.residual, report.residual);
   stats.iterations += report.sweeps + report.newton_steps;
   if (report.work_exhausted) ++stats.capped;
+  // The next solve, of another tau or the next step, starts from here.
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    world_.bodies[rows_[k]].certificate =
+        solution.certificate.empty() ? Vec6::Zero() : Vec6(solution.certificate[k] / tau);
+  }
   for (std::size_t n = 0; n < active_.size(); ++n) {
+    Contact& contact = contacts[active_[n]];
+    contact.warm_force = solution.impulse[n] / tau;
+    if (!solution.moment.empty()) contact.warm_moment = solution.moment[n] / tau;
     const ContactConstraint& c = problem.contacts[n];
     const Vec3 force = c.frame.transpose() * (solution.impulse[n] / tau);
     Vec3 moment = Vec3::Zero();
@@ -282,21 +295,14 @@ void IslandAdvance::carry(double tau, bool far_too) {
   }
 }
 
-void IslandAdvance::book(double tau) {
+void IslandAdvance::book() {
   const StepWorkspace& work = world_.work;
   for (std::size_t n = 0; n < active_.size(); ++n) {
     Contact& c = contacts[active_[n]];
     const ContactConstraint& k = work.problem.contacts[n];
-    c.warm_force = work.solution.impulse[n] / tau;
-    c.warm_moment =
-        work.solution.moment.empty() ? Vec3::Zero() : Vec3(work.solution.moment[n] / tau);
     add_impulse(c, k, k.frame.transpose() * work.solution.impulse[n],
                 work.solution.moment.empty() ? Vec3::Zero()
                                              : Vec3(k.frame.transpose() * work.solution.moment[n]));
-  }
-  if (active_.empty()) return;
-  for (std::size_t k = 0; k < rows_.size(); ++k) {
-    world_.bodies[rows_[k]].certificate = work.solution.certificate[k] / tau;
   }
 }
 

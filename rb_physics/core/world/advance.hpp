@@ -43,8 +43,9 @@ class IslandAdvance {
   void carry(double tau, bool far_too);
   // Takes the height of rebounds that are over by the end out of the displacement. Fills `shift_`.
   void settle(double tau);
+  bool shift_to_end_velocities(double tau);
   // Books what `carry` found as impulses of the contacts.
-  void book(double tau);
+  void book();
   // Moves every body under `total_`, from the states saved by `mark`.
   void move(double tau);
   void mark();

@@ -7,8 +7,26 @@
 
 namespace rb {
 
+bool IslandAdvance::shift_to_end_velocities(double tau) {
+  const StepWorkspace& work = world_.work;
+  bool closing = false;
+  for (std::size_t n = 0; n < active_.size(); ++n) {
+    closing |= !contacts[active_[n]].touching() && work.solution.impulse[n].x() > 0.0;
+  }
+  if (!closing) return false;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const Body& body = world_.bodies[rows_[k]];
+    Vec6 before;
+    before << body.linear_velocity(), body.angular_velocity();
+    shift_.push_back((0.5 * tau) * (work.solution.velocity[k] - before));
+  }
+  return true;
+}
+
 void IslandAdvance::settle(double tau) {
   shift_.clear();
+  // A gap that closes within the interval is bounded at the end's velocity: move with that one.
+  if (shift_to_end_velocities(tau)) return;
   StepWorkspace& work = world_.work;
   scratch_settled_.clear();
   for (std::size_t n = 0; n < active_.size(); ++n) {
