@@ -7,14 +7,11 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
-from typing import Any
+
+from .start import StartError, import_rclpy, one_line
 
 NAME = "sim_node"
 SWITCH_INTERVAL = 1e-4  # s; Python's 5 ms would make the physics thread miss its deadlines
-
-
-class StartError(RuntimeError):
-    """The node can't start; the text is one sentence that says what to do."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -26,36 +23,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
 
 
-def _import_rclpy() -> Any:
-    """rclpy, or a StartError that tells what is missing."""
-    try:
-        import rclpy
-        from rclpy.impl.implementation_singleton import rclpy_implementation  # noqa: F401
-    except ImportError as error:
-        if "rmw" in str(error):
-            raise StartError(
-                f"the ROS middleware is missing ({error}): pip install ros-jazzy-rmw-fastrtps-cpp, "
-                "or source your ROS 2 installation"
-            ) from None
-        raise StartError(
-            f"ROS 2 is missing ({error}): pip install ros-jazzy-rclpy ros-jazzy-common-interfaces "
-            "ros-jazzy-rmw-fastrtps-cpp, or source your ROS 2 installation"
-        ) from None
-    return rclpy
-
-
 def _run(arguments: Sequence[str] | None) -> int:
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
-    rclpy = _import_rclpy()
+    rclpy = import_rclpy()
     from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # rclpy has no common class for what can go wrong here
-        raise StartError(f"ROS 2 does not start: {_one_line(error)}") from None
+        raise StartError(f"ROS 2 does not start: {one_line(error)}") from None
     try:
         from .simulator import Simulator
 
@@ -63,7 +42,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         simulator = Simulator(node)
     except (StartError, ValueError, OSError, ImportError) as error:
         rclpy.try_shutdown()
-        raise StartError(_one_line(error)) from None
+        raise StartError(one_line(error)) from None
 
     sys.setswitchinterval(SWITCH_INTERVAL)
     gc.freeze()  # what lives as long as the node need not be looked at by the collector
@@ -97,10 +76,6 @@ def _run(arguments: Sequence[str] | None) -> int:
         print(f"sim_node: {error}", file=sys.stderr)
         return 1
     return 0
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ import importlib.util
 from pathlib import Path
 
 import pytest
+import rb_physics_nodes.replay_node
 from rb_physics_nodes.parameters import load_table
 
 from rb_physics.resources import shared_folder
@@ -13,22 +14,41 @@ FILES = sorted(shared_folder("launch").glob("*.launch.py"))
 
 
 def test_there_are_launch_files():
-    assert [path.name for path in FILES] == ["sim.launch.py"]
+    assert [path.name for path in FILES] == ["replay.launch.py", "sim.launch.py"]
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
-def test_arguments_are_parameters_of_the_node_with_their_defaults(path: Path):
+def arguments_of(path: Path) -> dict[str, str]:
+    """Names and defaults of the launch arguments, read without importing `launch`."""
     tree = ast.parse(path.read_text())
     (table,) = [
         node.value
         for node in tree.body
         if isinstance(node, ast.Assign) and node.targets[0].id == "ARGUMENTS"
     ]
+    return {
+        ast.literal_eval(key): ast.literal_eval(value.elts[0])
+        for key, value in zip(table.keys, table.values, strict=True)
+    }
+
+
+def as_text(value) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def test_arguments_of_sim_are_parameters_of_the_node_with_their_defaults():
     parameters = load_table()
-    for key, value in zip(table.keys, table.values, strict=True):
-        name, default = ast.literal_eval(key), ast.literal_eval(value.elts[0])
-        expected = parameters[name]["default"]
-        assert default == (str(expected).lower() if isinstance(expected, bool) else str(expected))
+    for name, default in arguments_of(shared_folder("launch") / "sim.launch.py").items():
+        assert default == as_text(parameters[name]["default"])
+
+
+def test_arguments_of_replay_are_the_parameters_of_the_node():
+    source = Path(rb_physics_nodes.replay_node.__file__).read_text()
+    declared = {
+        call.args[0].value: as_text(call.args[1].value)
+        for call in ast.walk(ast.parse(source))
+        if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "declare"
+    }
+    assert arguments_of(shared_folder("launch") / "replay.launch.py") == declared
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)

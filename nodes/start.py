@@ -1,0 +1,32 @@
+"""How a node starts, and what it says when it can't."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class StartError(RuntimeError):
+    """The node can't start; the text is one sentence that says what to do."""
+
+
+def import_rclpy() -> Any:
+    """rclpy, or a StartError that tells what is missing."""
+    try:
+        import rclpy
+        from rclpy.impl.implementation_singleton import rclpy_implementation  # noqa: F401
+    except ImportError as error:
+        if "rmw" in str(error):
+            raise StartError(
+                f"the ROS middleware is missing ({error}): pip install ros-jazzy-rmw-fastrtps-cpp, "
+                "or source your ROS 2 installation"
+            ) from None
+        raise StartError(
+            f"ROS 2 is missing ({error}): pip install ros-jazzy-rclpy ros-jazzy-common-interfaces "
+            "ros-jazzy-rmw-fastrtps-cpp, or source your ROS 2 installation"
+        ) from None
+    return rclpy
+
+
+def one_line(error: BaseException) -> str:
+    """The text of an exception without line breaks."""
+    return " ".join(str(error).split()) or type(error).__name__

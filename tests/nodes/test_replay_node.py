@@ -1,0 +1,87 @@
+"""replay_node publishes a recording again: the same bytes' content, timing, start and loop."""
+
+import time
+
+import pytest
+from geometry_msgs.msg import PoseArray
+from harness import NodeProcess, parameters, wait_for
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
+
+import rb_physics as rb
+from rb_physics.recording import Recorder
+
+
+@pytest.fixture
+def recording(scene, tmp_path):
+    """One second of the test scene, made without a node."""
+    loaded = rb.load_scene(scene)
+    world = loaded.build()
+    with Recorder(world, tmp_path / "run", scene=loaded) as recorder:
+        for _ in range(1000):
+            world.step()
+            recorder.after_step()
+    return tmp_path / "run"
+
+
+@pytest.fixture
+def replay(domain):
+    started = []
+
+    def start(**values):
+        started.append(NodeProcess("rb_physics_nodes.replay_node", parameters(**values), domain))
+        return started[-1]
+
+    yield start
+    for process in started:
+        process.close()
+
+
+def seconds(stamp):
+    return stamp.sec + stamp.nanosec * 1e-9
+
+
+def test_everything_comes_again_in_its_time(client, replay, recording):
+    replay(recording=recording, rate=0.5, loop=True)
+    poses = client.collect(PoseArray, "/sim_node/poses")
+    clock = client.collect(Clock, "/clock")
+    names = client.collect(String, "/sim_node/body_names", latched=True)
+    wait_for(lambda: len(poses) > 20, "poses")
+    begin, first = time.monotonic(), seconds(poses[-1].header.stamp)
+    wait_for(lambda: seconds(poses[-1].header.stamp) >= min(first + 0.3, 1.0), "0.3 s of time")
+    if first + 0.3 <= 1.0:
+        assert time.monotonic() - begin > 0.4  # 0.6 s at half speed, less what was queued
+    wait_for(lambda: seconds(poses[-1].header.stamp) < first, "the second round")
+    assert names[0].data == '["ground", "crate", "floater"]'
+    for message in poses:  # free fall under 10 m/s²: exact up to rounding
+        fallen = 5.0 * seconds(message.header.stamp) ** 2
+        assert message.poses[2].position.z == pytest.approx(50.0 - fallen, abs=1e-11)
+    assert clock
+
+
+def test_start_skips_but_latched_topics_come(client, replay, recording):
+    node = replay(recording=recording, start=0.9, rate=0.1)
+    poses = client.collect(PoseArray, "/sim_node/poses")
+    names = client.collect(String, "/sim_node/body_names", latched=True)
+    wait_for(lambda: names and poses, "names and poses")
+    assert seconds(poses[0].header.stamp) >= 0.9
+    assert node.wait() == 0
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({}, "set the parameter recording"),
+        ({"recording": "nowhere"}, "nowhere"),
+        ({"recording": "RUN", "rate": -1.0}, "rate is -1.0, but must be"),
+    ],
+    ids=["none", "nowhere", "rate"],
+)
+def test_errors_are_one_sentence(replay, recording, values, words):
+    if values.get("recording") == "RUN":
+        values = {**values, "recording": recording}
+    node = replay(**values)
+    assert node.wait() == 2
+    (line,) = [text for text in node.output.splitlines() if text.startswith("replay_node: ")]
+    assert words in line
+    assert "Traceback" not in node.output
