@@ -11,7 +11,11 @@
 
 #include "contact/problem.hpp"
 #include "solver/contact_solver.hpp"
+#include "solver/impact_law.hpp"
+#include "solver/normal_delassus.hpp"
+#include "solver/normal_impact.hpp"
 #include "solver/residual.hpp"
+#include "solver/resting.hpp"
 
 namespace py = pybind11;
 
@@ -169,12 +173,73 @@ void define_report(py::module_& m) {
       .def_readonly("work_exhausted", &SolveReport::work_exhausted);
 }
 
+void define_impact(py::module_& m) {
+  py::enum_<ImpactLaw>(m, "ImpactLaw")
+      .value("SEQUENTIAL", ImpactLaw::SEQUENTIAL)
+      .value("SIMULTANEOUS", ImpactLaw::SIMULTANEOUS)
+      .value("REFLECTIONS", ImpactLaw::REFLECTIONS);
+  py::class_<ImpactConditions>(m, "ImpactConditions")
+      .def_readonly("attraction", &ImpactConditions::attraction)
+      .def_readonly("penetration", &ImpactConditions::penetration)
+      .def_readonly("energy_gain", &ImpactConditions::energy_gain)
+      .def_readonly("cone", &ImpactConditions::cone)
+      .def("worst", &ImpactConditions::worst);
+  py::class_<ImpactReport>(m, "ImpactReport")
+      .def_readonly("residual", &ImpactReport::residual)
+      .def_readonly("energy_gain", &ImpactReport::energy_gain)
+      .def_readonly("iterations", &ImpactReport::iterations)
+      .def_readonly("capped", &ImpactReport::capped)
+      .def_readonly("conditions", &ImpactReport::conditions);
+  m.def(
+      "apply_impact",
+      [](const ContactProblem& problem, ImpactLaw law) {
+        ContactSolution solution;
+        SolverWorkspace workspace;
+        const ImpactReport report = apply_impact(problem, law, solution, workspace);
+        return std::make_pair(solution, report);
+      },
+      py::arg("problem"), py::arg("law"),
+      "Impact law (S11-S14) with friction; returns (ContactSolution, ImpactReport).");
+  m.def("single_contact_impulse", &single_contact_impulse, py::arg("d_dot"), py::arg("a"),
+        py::arg("restitution"), "Closed form of one contact (S11), N s; S15's bounds asserted.");
+}
+
+void define_resting(py::module_& m) {
+  py::class_<LcpResult>(m, "LcpResult")
+      .def_property_readonly("z", [](const LcpResult& r) { return r.z; })
+      .def_readonly("residual", &LcpResult::residual)
+      .def_readonly("pivots", &LcpResult::pivots)
+      .def_readonly("solved", &LcpResult::solved);
+  m.def("lcp_lemke", &lcp_lemke, py::arg("m"), py::arg("q"),
+        "w = M z + q, w >= 0, z >= 0, z.w = 0 by Lemke's method, lexicographic.");
+  m.def("lcp_pivoting", &lcp_pivoting, py::arg("m"), py::arg("q"),
+        "The same by block principal pivoting; least-norm z.");
+  m.def("lcp_residual", &lcp_residual, py::arg("m"), py::arg("q"), py::arg("z"),
+        "Relative natural-map residual of z: the judge of both methods.");
+  m.def("normal_delassus", &normal_delassus, py::arg("problem"),
+        "A_ij: speed along N_i per unit impulse along N_j, 1/kg (S14).");
+  py::enum_<LcpMethod>(m, "LcpMethod")
+      .value("LEMKE", LcpMethod::LEMKE)
+      .value("PIVOTING", LcpMethod::PIVOTING);
+  m.def(
+      "resting_contact",
+      [](const ContactProblem& accelerations, LcpMethod method) {
+        const RestingContact r = resting_contact(accelerations, method);
+        return py::make_tuple(r.force, rows(r.acceleration), r.lcp);
+      },
+      py::arg("accelerations"), py::arg("method") = LcpMethod::PIVOTING,
+      "Resting contact (S16): returns (force g, N; accelerations; LcpResult). The problem's\n"
+      "velocity holds accelerations, its bias the velocity-dependent terms of d_dd.");
+}
+
 }  // namespace
 
 void define_solver(py::module_& parent) {
   py::module_ m = parent.def_submodule("solver", "Contact problems in numbers and their solvers.");
   define_problem(m);
   define_report(m);
+  define_impact(m);
+  define_resting(m);
   m.def(
       "solve_contacts",
       [](const ContactProblem& problem, const std::optional<ContactSolution>& warm_start,

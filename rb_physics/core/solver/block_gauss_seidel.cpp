@@ -23,10 +23,11 @@ Mat3 point_inverse_mass(const ContactProblem& p, int body, const Vec3& r) {
   return m;
 }
 
-// Spinning (1D) and rolling (2D) moments of one contact for its present normal impulse: minimise
-// kinetic energy within the bounds, one component after the other.
-double solve_moment(const ContactProblem& p, const ContactConstraint& c, const FrictionCone& cone,
-                    const Mat3& w, double normal, Vec3& moment, std::vector<Vec6>& v) {
+}  // namespace
+
+double solve_local_moment(const ContactProblem& p, const ContactConstraint& c,
+                          const FrictionCone& cone, const Mat3& w, double normal, Vec3& moment,
+                          std::vector<Vec6>& v) {
   Vec3 x = moment / cone.length;
   const Vec3 slip = cone.length * relative_spin(c, v);
   const Vec3 q = slip - w * x;
@@ -36,25 +37,15 @@ double solve_moment(const ContactProblem& p, const ContactConstraint& c, const F
   if (w(0, 0) > 0.0) {
     y[0] = std::clamp(-(q[0] + w(0, 1) * y[1] + w(0, 2) * y[2]) / w(0, 0), -bound_spin, bound_spin);
   }
-  // Rolling: the cone solver with a fixed radius, as a sliding contact of constant bound.
-  const double bound_roll = cone.roll * normal;
-  const double w_roll = 0.5 * (w(1, 1) + w(2, 2));
-  if (w_roll > 0.0) {
-    for (int k = 0; k < 8; ++k) {  // projected gradient, exact when W is isotropic
-      const Vec2 g(q[1] + w.row(1).dot(y), q[2] + w.row(2).dot(y));
-      Vec2 t = y.tail<2>() - g / std::max({w(1, 1), w(2, 2), w_roll + std::abs(w(1, 2))});
-      const double size = t.norm();
-      if (size > bound_roll) t *= bound_roll / size;
-      y.tail<2>() = t;
-    }
+  if (w(1, 1) > 0.0 && w(2, 2) > 0.0) {
+    y.tail<2>() = solve_local_slip(w.bottomRightCorner<2, 2>(),
+                                   q.tail<2>() + w.block<2, 1>(1, 0) * y[0], cone.roll * normal);
   }
   const Vec3 delta = cone.length * (y - x);
   moment += delta;
   apply_moment(p, c, delta, v);
   return (w * (y - x)).norm();
 }
-
-}  // namespace
 
 void local_delassus(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
                     GaussSeidelWorkspace& ws) {
@@ -86,8 +77,8 @@ double gauss_seidel_sweep(const ContactProblem& problem, const std::vector<Frict
     apply_impulse(problem, c, delta, v);
     change = std::max(change, (ws.w[i] * delta).norm());
     if (cones[i].has_moment()) {
-      change = std::max(change,
-                        solve_moment(problem, c, cones[i], ws.w_angular[i], next[0], moment[i], v));
+      change = std::max(
+          change, solve_local_moment(problem, c, cones[i], ws.w_angular[i], next[0], moment[i], v));
     }
   }
   return change;

@@ -19,6 +19,12 @@ struct GaussSeidelWorkspace {
 void local_delassus(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
                     GaussSeidelWorkspace& ws);
 
+// Spinning (1D) and rolling (2D) moments of one contact for its present normal impulse: least
+// kinetic energy within the bounds. w: w_angular[i]. Returns the change, scaled to m/s.
+double solve_local_moment(const ContactProblem& problem, const ContactConstraint& contact,
+                          const FrictionCone& cone, const Mat3& w, double normal, Vec3& moment,
+                          std::vector<Vec6>& v);
+
 // One sweep; impulse, moment and v are kept consistent. Returns the largest |w_i delta lambda_i|.
 double gauss_seidel_sweep(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
                           const GaussSeidelWorkspace& ws, std::vector<Vec3>& impulse,

@@ -83,6 +83,34 @@ Vec3 slide(const Mat3& w, const Vec3& q, double mu) {
 
 }  // namespace
 
+Vec2 solve_local_slip(const Eigen::Matrix2d& w, const Vec2& q, double bound) {
+  const TangentialPlane plane(w, q);
+  if (!(bound > 0.0)) return Vec2::Zero();
+  if (plane.d2 > 0.0) {
+    const Vec2 stick = plane.lambda(0.0);
+    if (stick.norm() <= bound) return stick;
+  }
+  // |lambda(beta)| falls from above the bound: beta = |u| / bound solves it for an isotropic w.
+  double low = 0.0;
+  double high = q.norm() / bound;  // there |lambda| <= |q| / high = bound
+  double beta = high;
+  for (int k = 0; k < 100; ++k) {
+    // Newton on 1/|lambda| - 1/bound, concave in beta and nearly linear; kept in the bracket.
+    const Vec2 t = plane.lambda(beta);
+    const double size = t.norm();
+    (size > bound ? low : high) = beta;
+    const double x1 = plane.q1 / (plane.d1 + beta);
+    const double x2 = plane.q2 / (plane.d2 + beta);
+    const double slope = (x1 * x1 / (plane.d1 + beta) + x2 * x2 / (plane.d2 + beta)) / size;
+    double next = beta + (size - bound) * size / (bound * slope);
+    if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+    if (std::abs(next - beta) <= 1e-16 * high) break;
+    beta = next;
+  }
+  const Vec2 t = plane.lambda(beta);
+  return t * (bound / t.norm());
+}
+
 Vec3 solve_local_contact(const Mat3& w, const Vec3& q, double mu) {
   if (!(q[0] < 0.0)) return Vec3::Zero();
   if (mu == 0.0) return {-q[0] / w(0, 0), 0.0, 0.0};

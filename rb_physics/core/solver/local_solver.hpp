@@ -14,4 +14,8 @@ namespace rb {
 
 Vec3 solve_local_contact(const Mat3& w, const Vec3& q, double mu);
 
+// Tangential impulse of least energy within a given bound: |t| <= bound, u = w t + q, opposite to
+// the slip it leaves, or stopping it. w positive definite.
+Vec2 solve_local_slip(const Eigen::Matrix2d& w, const Vec2& q, double bound);
+
 }  // namespace rb

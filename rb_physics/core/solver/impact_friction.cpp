@@ -1,0 +1,78 @@
+#include "solver/impact_friction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solver/contact_operators.hpp"
+#include "solver/local_solver.hpp"
+#include "solver/normal_delassus.hpp"
+#include "solver/normal_impact.hpp"
+
+namespace rb {
+namespace {
+
+constexpr int kMaxSweeps = 2000;
+
+}  // namespace
+
+int impact_friction(const ContactProblem& problem, std::vector<Vec3>& impulse,
+                    std::vector<Vec3>& moment, std::vector<Vec6>& v, SolverWorkspace& ws) {
+  const std::size_t nc = problem.contacts.size();
+  friction_cones(problem, Friction::kKinetic, ws.cones);
+  local_delassus(problem, ws.cones, ws.gauss_seidel);
+  bool any = false;
+  bool moments = false;
+  double fastest = 0.0;
+  for (std::size_t i = 0; i < nc; ++i) {
+    any = any || (impulse[i][0] > 0.0 && (ws.cones[i].slide > 0.0 || ws.cones[i].has_moment()));
+    moments = moments || ws.cones[i].has_moment();
+    fastest = std::max(fastest, relative_velocity(problem.contacts[i], problem.velocity).norm());
+  }
+  if (!any) return 0;
+  moment.clear();
+  if (moments) moment.assign(nc, Vec3::Zero());
+
+  int sweeps = 0;
+  for (double change = 1.0; sweeps < kMaxSweeps && change > 1e-16 * fastest; ++sweeps) {
+    change = 0.0;
+    for (std::size_t i = 0; i < nc; ++i) {
+      const double bound = ws.cones[i].slide * impulse[i][0];
+      if (!(impulse[i][0] > 0.0)) continue;
+      const ContactConstraint& c = problem.contacts[i];
+      const Eigen::Matrix2d w = ws.gauss_seidel.w[i].bottomRightCorner<2, 2>();
+      const Vec2 q = relative_velocity(c, v).tail<2>() - w * impulse[i].tail<2>();
+      const Vec2 next = solve_local_slip(w, q, bound);
+      const Vec3 delta(0.0, next[0] - impulse[i][1], next[1] - impulse[i][2]);
+      impulse[i].tail<2>() = next;
+      apply_impulse(problem, c, delta, v);
+      change = std::max(change, (w * delta.tail<2>()).norm());
+      if (ws.cones[i].has_moment()) {
+        change = std::max(change,
+                          solve_local_moment(problem, c, ws.cones[i], ws.gauss_seidel.w_angular[i],
+                                             impulse[i][0], moment[i], v));
+      }
+    }
+  }
+
+  const Eigen::VectorXd after = normal_speeds(problem, v);
+  if (after.minCoeff() >= -1e-13 * fastest) return sweeps;
+  ContactProblem rest = problem;
+  rest.velocity = v;
+  for (ContactConstraint& c : rest.contacts) c.static_friction = 0.0;
+  ContactSolution solution;
+  const SolveReport report = solve_contacts(rest, SolverSettings{}, solution, ws);
+  if (!(report.residual <= tolerance::residual_ceiling)) {  // friction out of reach: without it
+    const NormalImpact last = inelastic_projection(problem, v, {}, ws);
+    for (std::size_t i = 0; i < nc; ++i) impulse[i][0] += last.impulse[static_cast<int>(i)];
+    v = last.velocity;
+    return sweeps + last.iterations;
+  }
+  for (std::size_t i = 0; i < nc; ++i) {
+    impulse[i] += solution.impulse[i];
+    if (moments) moment[i] += solution.moment[i];
+  }
+  v = solution.velocity;
+  return sweeps + report.sweeps + report.newton_steps;
+}
+
+}  // namespace rb
