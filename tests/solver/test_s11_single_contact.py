@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from problems import Builder, box_inverse_inertia
-from rb_physics._core import solver
+from rb_physics._core import ImpactLaw, solver
 
-LAWS = list(solver.ImpactLaw.__members__.values())
+LAWS = list(ImpactLaw.__members__.values())
 
 
 def two_boxes(restitution, friction=0.0):

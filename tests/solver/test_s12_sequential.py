@@ -2,9 +2,9 @@
 
 import numpy as np
 from problems import cradle, tower, wedge
-from rb_physics._core import solver
+from rb_physics._core import ImpactLaw, solver
 
-SEQUENTIAL = solver.ImpactLaw.SEQUENTIAL
+SEQUENTIAL = ImpactLaw.SEQUENTIAL
 
 
 def test_order_decides_in_the_wedge():

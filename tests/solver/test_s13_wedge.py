@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from problems import wedge
-from rb_physics._core import solver
+from rb_physics._core import ImpactLaw, solver
 
 NORMALS = np.array([[1, 1] / np.sqrt(2), [-2, 1] / np.sqrt(5)])
 LAM = 1.7
 
 
-def after(law=solver.ImpactLaw.SIMULTANEOUS, **kwargs):
+def after(law=ImpactLaw.SIMULTANEOUS, **kwargs):
     return solver.apply_impact(wedge(LAM, **kwargs).problem(), law)[0].velocity[0, :2]
 
 

@@ -174,10 +174,6 @@ void define_report(py::module_& m) {
 }
 
 void define_impact(py::module_& m) {
-  py::enum_<ImpactLaw>(m, "ImpactLaw")
-      .value("SEQUENTIAL", ImpactLaw::SEQUENTIAL)
-      .value("SIMULTANEOUS", ImpactLaw::SIMULTANEOUS)
-      .value("REFLECTIONS", ImpactLaw::REFLECTIONS);
   py::class_<ImpactConditions>(m, "ImpactConditions")
       .def_readonly("attraction", &ImpactConditions::attraction)
       .def_readonly("penetration", &ImpactConditions::penetration)

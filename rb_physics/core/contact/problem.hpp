@@ -45,9 +45,9 @@ struct ContactSolution {
   std::vector<Vec3>
       moment;  // N m s, contact frame: (spinning, rolling t1, rolling t2), size nc or 0
   std::vector<Vec6> velocity;  // v, size nb
-  // Certificate of the minimum norm, per body, size nb or 0 (in: warm start, out: answer): contact
-  // forces that are not unique are lambda_i = P_Fi(J_i y), F_i the face of K_i that the slip
-  // leaves.
+  // Certificate of the minimum norm, per body, size nb (in: warm start, may be empty; out: answer,
+  // zero when unknown): contact forces that are not unique are lambda_i = P_Fi(J_i y), F_i the face
+  // of K_i that the slip leaves.
   std::vector<Vec6> certificate;
   double residual = 0.0;  // natural map, relative (solver/residual.hpp)
   int iterations = 0;
