@@ -49,9 +49,30 @@ bool IslandAdvance::touches(const ColliderPair& pair) const {
   });
 }
 
+// m: how much the surfaces of the pair can near each other within t, under the present forces.
+double IslandAdvance::closing_bound(const ColliderPair& pair, double t) const {
+  const auto of = [&](std::int32_t row) {
+    const Body& body = world_.bodies[row];
+    if (!body.is_dynamic()) return t * body.spin.norm() * world_.reach[row];
+    const std::int32_t k = world_.work.index_of[row];
+    const Inertia& in = body.inertia;
+    const double spin = in.inv_body.trace() * (start_[k].L.norm() + t * total_[k].torque.norm());
+    return t * (spin * world_.reach[row] + t * in.inv_mass * total_[k].force.norm());
+  };
+  const std::int32_t a = world_.colliders[pair.a].body;
+  const std::int32_t b = world_.colliders[pair.b].body;
+  return t * (world_.bodies[a].linear_velocity() - world_.bodies[b].linear_velocity()).norm() +
+         of(a) + of(b);
+}
+
 std::optional<double> IslandAdvance::impact_of_pair(const ColliderPair& pair, double t_max) const {
   const Collider& a = world_.colliders[pair.a];
   const Collider& b = world_.colliders[pair.b];
+  double gap = std::numeric_limits<double>::infinity();
+  for (const Contact& c : contacts) {
+    if (c.collider_a == pair.a && c.collider_b == pair.b) gap = std::fmin(gap, c.point.separation);
+  }
+  if (closing_bound(pair, t_max) < gap) return std::nullopt;
   const auto sweep_of = [&](std::int32_t row) {
     const Body& body = world_.bodies[row];
     if (!body.is_dynamic()) return FreeSweep(body, body.state, {}, t_max);
@@ -60,17 +81,6 @@ std::optional<double> IslandAdvance::impact_of_pair(const ColliderPair& pair, do
   };
   const FreeSweep sweep_a = sweep_of(a.body);
   const FreeSweep sweep_b = sweep_of(b.body);
-  // Cheap first: surfaces that can't close the gap in time.
-  double gap = std::numeric_limits<double>::infinity();
-  for (const Contact& c : contacts) {
-    if (c.collider_a == pair.a && c.collider_b == pair.b) gap = std::fmin(gap, c.point.separation);
-  }
-  const double closing =
-      (world_.bodies[a.body].linear_velocity() - world_.bodies[b.body].linear_velocity()).norm() +
-      t_max * (sweep_a.max_linear_acceleration() + sweep_b.max_linear_acceleration()) +
-      sweep_a.max_angular_speed() * world_.reach[a.body] +
-      sweep_b.max_angular_speed() * world_.reach[b.body];
-  if (closing * t_max < gap) return std::nullopt;
   return time_of_impact(a.shape, PartSweep(sweep_a, a.local), b.shape, PartSweep(sweep_b, b.local),
                         t_max);
 }
@@ -86,6 +96,7 @@ double IslandAdvance::next_contact_time(double tau) {
       if (t && *t < earliest) earliest = *t;
       continue;
     }
+    if (closing_bound(pair, earliest) < touch) continue;  // at rest
     // Touching already: another feature of the pair may come down.
     double high = earliest;
     double g_high = approach_of_pair(pair, high);
