@@ -21,29 +21,38 @@ struct RodAxis {
   int face = -1, edge = -1;
 };
 
-RodAxis separating_axis(const Rod& rod, const Polytope& b, double preference) {
+void offer_face(const Rod& rod, const Polytope& b, int f, double preference, RodAxis& best) {
+  const Vec3 n = b.normal(f);
+  const double separation = b.height(f, rod.center) - std::abs(n.dot(rod.axis)) * rod.half;
+  if (separation > best.separation + preference) best = {separation, n, f, -1};
+}
+
+void offer_edge(const Rod& rod, const Polytope& b, int e, double preference, RodAxis& best) {
+  const HullEdge& edge = b.topology().edges[e];
+  const Vec3 left = b.normal(edge.left), right = b.normal(edge.right);
+  if (!(left.dot(rod.axis) * right.dot(rod.axis) < 0.0)) return;
+  const Vec3 tail = b.vertex(edge.tail), along = b.vertex(edge.head) - tail;
+  const Vec3 cross = rod.axis.cross(along);
+  const double length = cross.norm();
+  if (length <= tolerance::parallel_edges * along.norm()) return;
+  Vec3 n = cross / length;
+  if (n.dot(left + right) < 0.0) n = -n;
+  const double separation = n.dot(rod.center - tail);
+  if (separation > best.separation + preference) best = {separation, n, -1, e};
+}
+
+// Over all faces and edges, or when apart over those at the vertex nearest the rod.
+RodAxis separating_axis(const Rod& rod, const Polytope& b, bool apart, int vertex,
+                        double preference) {
   RodAxis best;
-  for (int f = 0; f < b.face_count(); ++f) {
-    const Vec3& n = b.normal(f);
-    const double separation =
-        n.dot(rod.center) - b.offset(f) - std::abs(n.dot(rod.axis)) * rod.half;
-    if (separation > best.separation + preference) best = {separation, n, f, -1};
+  if (apart) {
+    b.for_each_face_at(vertex, [&](int f) { offer_face(rod, b, f, preference, best); });
+    b.for_each_edge_at(vertex, [&](int e) { offer_edge(rod, b, e, preference, best); });
+    return best;
   }
-  const auto& edges = b.topology().edges;
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    const Vec3 &left = b.normal(edges[e].left), &right = b.normal(edges[e].right);
-    if (!(left.dot(rod.axis) * right.dot(rod.axis) < 0.0)) continue;
-    const Vec3 along = b.vertex(edges[e].head) - b.vertex(edges[e].tail);
-    const Vec3 cross = rod.axis.cross(along);
-    const double length = cross.norm();
-    if (length <= tolerance::parallel_edges * along.norm()) continue;
-    Vec3 n = cross / length;
-    if (n.dot(left + right) < 0.0) n = -n;
-    const double separation = n.dot(rod.center - b.vertex(edges[e].tail));
-    if (separation > best.separation + preference) {
-      best = {separation, n, -1, static_cast<int>(e)};
-    }
-  }
+  for (int f = 0; f < b.face_count(); ++f) offer_face(rod, b, f, preference, best);
+  const int edges = static_cast<int>(b.topology().edges.size());
+  for (int e = 0; e < edges; ++e) offer_edge(rod, b, e, preference, best);
   return best;
 }
 
@@ -87,7 +96,7 @@ void face_contacts(const Rod& rod, const Polytope& b, const RodAxis& axis, doubl
 bool edge_contact(const Rod& rod, const Polytope& b, const RodAxis& axis, double tolerance,
                   Manifold& out) {
   const HullEdge& edge = b.topology().edges[axis.edge];
-  const Vec3& tail = b.vertex(edge.tail);
+  const Vec3 tail = b.vertex(edge.tail);
   const Vec3 along = b.vertex(edge.head) - tail;
   const double length = along.norm();
   const Vec3 unit = along / length;
@@ -170,7 +179,8 @@ void contacts(const Capsule& a, const Placement& at_a, const Polytope& b, double
       gjk(rod, b, Vec3(rod.center - b.center()), margin + rod.radius, 0.01 * close);
   if (nearest.status == GjkStatus::BEYOND) return;
   const bool apart = nearest.status != GjkStatus::OVERLAP && nearest.distance > close;
-  const RodAxis axis = separating_axis(rod, b, tolerance::axis_preference * small);
+  const RodAxis axis = separating_axis(rod, b, apart, nearest.simplex.vertex[0].index_b,
+                                       tolerance::axis_preference * small);
   const int first = out.size();
   if (!apart || nearest.distance <= axis.separation + tolerance) {
     if (!(axis.separation - rod.radius <= margin)) return;

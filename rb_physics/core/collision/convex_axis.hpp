@@ -48,7 +48,7 @@ class AxisSearch {
       axis.on_b = nearest.simplex.nearest_on_b();
       return axis;
     }
-    const EpaResult overlap = epa(a_, b_, 1e-10 * size_);
+    const EpaResult overlap = epa(a_, b_, nearest.simplex, 1e-10 * size_);
     if (overlap.capped) count_iteration_cap();
     axis.normal = overlap.normal;
     axis.separation = -overlap.depth;

@@ -16,8 +16,9 @@ namespace {
 
 constexpr int few_faces = 12;  // up to so many, every face is tried
 
+// Calls visit(other vertex, vector to it) for the edges at a vertex.
 template <class Visit>
-void for_each_edge_at(const Polytope& b, int vertex, const Visit& visit) {
+void for_each_edge_from(const Polytope& b, int vertex, const Visit& visit) {
   const HullData& hull = b.topology();
   for (int i = hull.neighbor_first[vertex]; i < hull.neighbor_first[vertex + 1]; ++i) {
     visit(hull.neighbors[i], b.vertex(hull.neighbors[i]) - b.vertex(vertex));
@@ -39,14 +40,14 @@ ConvexAxis find_axis(const PlacedCylinder& a, const Polytope& b, double size, do
     }
   }
   search.offer(a.axis.dot(first) >= 0.0 ? a.axis : Vec3(-a.axis), axis);
-  for_each_edge_at(b, vertex, [&](int, const Vec3& edge) {
+  for_each_edge_from(b, vertex, [&](int, const Vec3& edge) {
     const Vec3 cross = a.axis.cross(edge);
     const double length = cross.norm();
     if (length <= tolerance::parallel_edges * edge.norm()) return;
     search.offer(cross.dot(first) >= 0.0 ? Vec3(cross / length) : Vec3(-cross / length), axis);
   });
   if (axis.fixed || axis.apart) return axis;
-  for_each_edge_at(b, vertex, [&](int, const Vec3& edge) { search.refine_across(edge, axis); });
+  for_each_edge_from(b, vertex, [&](int, const Vec3& edge) { search.refine_across(edge, axis); });
   search.refine_across(a.axis, axis);
   search.refine(axis);
   return axis;
@@ -56,7 +57,7 @@ ConvexAxis find_axis(const PlacedCylinder& a, const Polytope& b, double size, do
 std::uint32_t facing_feature(const Polytope& b, const Vec3& normal, int vertex, Vec3& along) {
   std::uint32_t feature = make_feature(FeatureType::VERTEX, vertex);
   along = Vec3::Zero();
-  for_each_edge_at(b, vertex, [&](int other, const Vec3& edge) {
+  for_each_edge_from(b, vertex, [&](int other, const Vec3& edge) {
     if (std::abs(normal.dot(edge)) > tolerance::parallel * edge.norm()) return;
     const int ends[2] = {vertex, other};
     feature = b.feature_of(ends, 2);

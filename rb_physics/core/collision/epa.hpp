@@ -51,8 +51,10 @@ struct EpaResult {
   bool capped = false;  // iterations ran out
 };
 
+// `inside` is the simplex GJK ended with. The answer is exact to `tolerance` (m) unless capped.
 template <class SupportA, class SupportB>
-EpaResult epa(const SupportA& support_a, const SupportB& support_b, double tolerance) {
+EpaResult epa(const SupportA& support_a, const SupportB& support_b, const Simplex& inside,
+              double tolerance) {
   constexpr int max_iterations = 200;  // smooth sets need about forty
   static thread_local ExpandingPolytope polytope;
   // Support of A - B: out of it, against `d`, A has to be pushed.
@@ -68,23 +70,27 @@ EpaResult epa(const SupportA& support_a, const SupportB& support_b, double toler
       result.normal = -direction;
     }
   };
-  // Four far points: along x, away from it, off the line, off the plane.
+  // The tetrahedron around the origin that GJK ended with; else four far points: along x, away from
+  // it, off the line, off the plane.
   std::array<Vec3, 4> w;
-  w[0] = difference(Vec3::UnitX());
-  w[1] = difference(-Vec3::UnitX());
-  offer(Vec3::UnitX(), w[0].x());
-  offer(-Vec3::UnitX(), -w[1].x());
-  const Vec3 along = (w[1] - w[0]).normalized();
-  const Vec3 across = along.unitOrthogonal();
-  w[2] = difference(across);
-  if (!((w[2] - w[0]).cross(along).squaredNorm() > tolerance * tolerance))
-    w[2] = difference(-across);
-  const Vec3 normal = (w[1] - w[0]).cross(w[2] - w[0]).normalized();
-  const Vec3 up = difference(normal), down = difference(-normal);
-  w[3] = normal.dot(up - w[0]) > -normal.dot(down - w[0]) ? up : down;
-  if (!polytope.start(w)) {
-    result.capped = true;
-    return result;
+  for (int i = 0; i < inside.size; ++i) w[i] = inside.vertex[i].w;
+  if (inside.size < 4 || !polytope.start(w)) {
+    w[0] = difference(Vec3::UnitX());
+    w[1] = difference(-Vec3::UnitX());
+    offer(Vec3::UnitX(), w[0].x());
+    offer(-Vec3::UnitX(), -w[1].x());
+    const Vec3 along = (w[1] - w[0]).normalized();
+    const Vec3 across = along.unitOrthogonal();
+    w[2] = difference(across);
+    const double off_line_sq = (w[2] - w[0]).cross(along).squaredNorm();
+    if (!(off_line_sq > tolerance * tolerance)) w[2] = difference(-across);
+    const Vec3 normal = (w[1] - w[0]).cross(w[2] - w[0]).normalized();
+    const Vec3 up = difference(normal), down = difference(-normal);
+    w[3] = normal.dot(up - w[0]) > -normal.dot(down - w[0]) ? up : down;
+    if (!polytope.start(w)) {
+      result.capped = true;
+      return result;
+    }
   }
   for (int i = 0; i < max_iterations; ++i) {
     const int at = polytope.nearest();

@@ -73,20 +73,15 @@ GjkResult gjk(const SupportA& support_a, const SupportB& support_b, const Vec3& 
     result.distance = length;
     if (v_sq - reach <= relative * v_sq + absolute * length || simplex.contains(next.w))
       return result;
-    const Simplex before = simplex;
     simplex.vertex[simplex.size++] = next;
-    if (!simplex.reduce_to_nearest()) {
+    const Simplex::Step step = simplex.reduce_to_nearest(v_sq);
+    if (step == Simplex::Step::INSIDE) {
       result.status = GjkStatus::OVERLAP;
       return result;
     }
-    const Vec3 nearer = simplex.nearest();
-    const double nearer_sq = nearer.squaredNorm();
-    if (!(nearer_sq < v_sq)) {  // rounding: no progress is left
-      simplex = before;
-      return result;
-    }
-    v = nearer;
-    v_sq = nearer_sq;
+    if (step == Simplex::Step::STUCK) return result;  // rounding: no progress is left
+    v = simplex.nearest();
+    v_sq = v.squaredNorm();
   }
   result.status = GjkStatus::CAPPED;
   result.toward_a = v;

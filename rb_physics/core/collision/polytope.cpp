@@ -37,6 +37,7 @@ HullData make_cube() {
   }
   cube.edges = edges;
   for (int& e : cube.face_edges) e = number[e];
+  for (int& e : cube.edges_at) e = number[e];
   return cube;
 }
 
@@ -49,59 +50,74 @@ const HullData& cube() {
 
 void Polytope::place(const Box& box, const Placement& at) {
   topology_ = &cube();
-  vertices_.resize(8);
-  normals_.resize(6);
-  offsets_.resize(6);
-  for (int i = 0; i < 8; ++i) vertices_[i] = at.apply(box_corner(box, i));
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec3 n = at.rotation.col(axis);
-    const double middle = n.dot(at.position);
-    normals_[2 * axis] = -n;
-    normals_[2 * axis + 1] = n;
-    offsets_[2 * axis] = box.half_extents[axis] - middle;
-    offsets_[2 * axis + 1] = box.half_extents[axis] + middle;
-  }
+  is_box_ = true;
+  half_extents_ = box.half_extents;
+  for (int i = 0; i < 8; ++i) corners_[i] = box_corner(box, i);
+  local_vertices_ = corners_.data();
+  vertex_count_ = 8;
+  at_ = at;
   center_ = at.position;
   size_ = box.half_extents.maxCoeff();
+  hint_ = 0;
 }
 
 void Polytope::place(const ConvexHull& hull, const Placement& at) {
   topology_ = hull.data.get();
-  const std::size_t vertices = topology_->vertices.size(), faces = topology_->faces.size();
-  vertices_.resize(vertices);
-  normals_.resize(faces);
-  offsets_.resize(faces);
-  for (std::size_t i = 0; i < vertices; ++i) vertices_[i] = at.apply(topology_->vertices[i]);
-  for (std::size_t i = 0; i < faces; ++i) {
-    const HullFace& face = topology_->faces[i];
-    normals_[i] = at.rotation * face.normal;
-    offsets_[i] = face.offset + normals_[i].dot(at.position);
-  }
+  is_box_ = false;
+  local_vertices_ = topology_->vertices.data();
+  vertex_count_ = static_cast<int>(topology_->vertices.size());
+  at_ = at;
   center_ = at.apply(topology_->center);
   size_ = topology_->size;
+  hint_ = 0;
 }
 
-int Polytope::farthest(const Vec3& direction) const {
-  int best = 0;
-  double most = direction.dot(vertices_[0]);
-  const int n = vertex_count();
-  for (int i = 1; i < n; ++i) {
-    const double d = direction.dot(vertices_[i]);
-    if (d > most) {
-      most = d;
-      best = i;
+double Polytope::height(int face, const Vec3& p) const {
+  const HullFace& f = topology_->faces[face];
+  const double offset = is_box_ ? half_extents_[face / 2] : f.offset;
+  return f.normal.dot(at_.apply_inverse(p)) - offset;
+}
+
+int Polytope::farthest(const Vec3& direction, int start) const {
+  const Vec3 d = at_.rotation.transpose() * direction;
+  if (is_box_) return (d.x() > 0.0 ? 1 : 0) | (d.y() > 0.0 ? 2 : 0) | (d.z() > 0.0 ? 4 : 0);
+  constexpr int few = 16;  // up to so many, all are tried
+  if (vertex_count_ <= few) {
+    int best = 0;
+    double most = d.dot(local_vertices_[0]);
+    for (int i = 1; i < vertex_count_; ++i) {
+      const double reach = d.dot(local_vertices_[i]);
+      if (reach > most) {
+        most = reach;
+        best = i;
+      }
     }
+    return best;
   }
-  return best;
+  // A linear function has no other local maximum on a convex polyhedron.
+  int best = start;
+  double most = d.dot(local_vertices_[best]);
+  for (;;) {
+    const int from = best;
+    for (int i = topology_->neighbor_first[from]; i < topology_->neighbor_first[from + 1]; ++i) {
+      const int v = topology_->neighbors[i];
+      const double reach = d.dot(local_vertices_[v]);
+      if (reach > most) {
+        most = reach;
+        best = v;
+      }
+    }
+    if (best == from) return best;
+  }
 }
 
 int Polytope::opposing_face(const Vec3& direction, int vertex) const {
   const int first = topology_->face_first[vertex], last = topology_->face_first[vertex + 1];
   int best = topology_->faces_at[first];
-  double least = direction.dot(normals_[best]);
+  double least = direction.dot(normal(best));
   for (int i = first + 1; i < last; ++i) {
     const int face = topology_->faces_at[i];
-    const double d = direction.dot(normals_[face]);
+    const double d = direction.dot(normal(face));
     if (d < least - tolerance::coincident) {
       least = d;
       best = face;
@@ -115,12 +131,12 @@ FacePolygon Polytope::polygon(int face, std::vector<PolygonCorner>& corners) con
   corners.resize(f.count);
   for (int i = 0; i < f.count; ++i) {
     const int v = topology_->face_vertices[f.first + i];
-    corners[i].point = vertices_[v];
+    corners[i].point = vertex(v);
     corners[i].vertex = make_feature(FeatureType::VERTEX, v);
     corners[i].edge = edge_feature(topology_->face_edges[f.first + i]);
   }
   FacePolygon polygon;
-  polygon.normal = normals_[face];
+  polygon.normal = normal(face);
   polygon.face = make_feature(FeatureType::FACE, face);
   polygon.size = f.count;
   polygon.corners = corners.data();
@@ -133,7 +149,7 @@ std::uint32_t Polytope::edge_feature(int edge) const {
 
 std::uint32_t Polytope::feature_of(const int* vertices, int count) const {
   // Distinct vertices, ascending.
-  int distinct[4], n = 0;
+  int distinct[4] = {}, n = 0;
   for (int i = 0; i < count && i < 4; ++i) {
     int at = 0;
     while (at < n && distinct[at] < vertices[i]) ++at;
@@ -143,16 +159,15 @@ std::uint32_t Polytope::feature_of(const int* vertices, int count) const {
   }
   if (n == 1) return make_feature(FeatureType::VERTEX, distinct[0]);
   if (n == 2) {
-    for (std::size_t e = 0; e < topology_->edges.size(); ++e) {
-      const HullEdge& edge = topology_->edges[e];
-      if (edge.tail == distinct[0] && edge.head == distinct[1]) {
-        return edge_feature(static_cast<int>(e));
-      }
-    }
+    int found = -1;
+    for_each_edge_at(distinct[0], [&](int e) {
+      if (topology_->edges[e].head == distinct[1]) found = e;
+    });
+    if (found >= 0) return edge_feature(found);
   }
   // A face that holds them all: the one through the first that reaches the others best.
   int best = 0, most = -1;
-  for (std::size_t f = 0; f < topology_->faces.size(); ++f) {
+  for_each_face_at(distinct[0], [&](int f) {
     const HullFace& face = topology_->faces[f];
     const auto first = topology_->face_vertices.begin() + face.first;
     int held = 0;
@@ -161,9 +176,9 @@ std::uint32_t Polytope::feature_of(const int* vertices, int count) const {
     }
     if (held > most) {
       most = held;
-      best = static_cast<int>(f);
+      best = f;
     }
-  }
+  });
   return make_feature(FeatureType::FACE, best);
 }
 

@@ -1,6 +1,7 @@
 // A placed convex polyhedron, box or hull, as the separating axis test and face clipping see it.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "collision/face_polygon.hpp"
@@ -17,18 +18,19 @@ class Polytope {
   void place(const ConvexHull& hull, const Placement& at);
 
   const HullData& topology() const { return *topology_; }
-  int vertex_count() const { return static_cast<int>(vertices_.size()); }
-  int face_count() const { return static_cast<int>(offsets_.size()); }
-  const Vec3& vertex(int i) const { return vertices_[i]; }
-  const Vec3& normal(int face) const { return normals_[face]; }
-  double offset(int face) const { return offsets_[face]; }  // m, normal . x on the face
-  const Vec3& center() const { return center_; }            // m, an inner point
-  double size() const { return size_; }                     // m
+  int vertex_count() const { return vertex_count_; }
+  int face_count() const { return static_cast<int>(topology_->faces.size()); }
+  Vec3 vertex(int i) const { return at_.apply(local_vertices_[i]); }
+  Vec3 normal(int face) const { return at_.rotation * topology_->faces[face].normal; }
+  double height(int face, const Vec3& p) const;   // m, of p above the plane of a face
+  const Vec3& center() const { return center_; }  // m, an inner point
+  double size() const { return size_; }           // m
 
-  int farthest(const Vec3& direction) const;  // vertex; the lowest index wins a tie
+  // The farthest vertex; the search walks uphill from `start`.
+  int farthest(const Vec3& direction, int start = 0) const;
   SupportPoint operator()(const Vec3& direction) const {
-    const int i = farthest(direction);
-    return {vertices_[i], i};
+    hint_ = farthest(direction, hint_);
+    return {vertex(hint_), hint_};
   }
   // Second derivative of the support function: corners are sharp.
   double curvature(const Vec3&, const Vec3&, const Vec3&) const { return 0.0; }
@@ -39,12 +41,32 @@ class Polytope {
   // The feature spanned by the vertices of a simplex.
   std::uint32_t feature_of(const int* vertices, int count) const;
 
+  // Calls visit(face) for the faces, visit(edge) for the edges around a vertex, ascending.
+  template <class Visit>
+  void for_each_face_at(int vertex, const Visit& visit) const {
+    for (int i = topology_->face_first[vertex]; i < topology_->face_first[vertex + 1]; ++i) {
+      visit(topology_->faces_at[i]);
+    }
+  }
+  template <class Visit>
+  void for_each_edge_at(int vertex, const Visit& visit) const {
+    for (int i = topology_->neighbor_first[vertex]; i < topology_->neighbor_first[vertex + 1];
+         ++i) {
+      visit(topology_->edges_at[i]);
+    }
+  }
+
  private:
   const HullData* topology_ = nullptr;
-  std::vector<Vec3> vertices_, normals_;
-  std::vector<double> offsets_;
+  const Vec3* local_vertices_ = nullptr;
+  int vertex_count_ = 0;
+  bool is_box_ = false;
+  std::array<Vec3, 8> corners_;
+  Vec3 half_extents_;
+  Placement at_;
   Vec3 center_;
   double size_ = 0.0;
+  mutable int hint_ = 0;  // where the last support query of this placement ended
 };
 
 }  // namespace rb

@@ -20,7 +20,7 @@ void face_edge_slopes(const Polytope& p, const std::vector<Vec3>& directions,
   const int edges = static_cast<int>(directions.size());
   slopes.resize(static_cast<std::size_t>(p.face_count()) * edges);
   for (int f = 0; f < p.face_count(); ++f) {
-    const Vec3& n = p.normal(f);
+    const Vec3 n = p.normal(f);
     double* row = slopes.data() + static_cast<std::size_t>(f) * edges;
     for (int e = 0; e < edges; ++e) row[e] = n.dot(directions[e]);
   }
@@ -33,13 +33,13 @@ PolytopeAxis separating_axis(const Polytope& a, const Polytope& b, double prefer
   best.separation = -infinity;
   const auto wins = [&](double separation) { return separation > best.separation + preference; };
   for (int f = 0; f < b.face_count(); ++f) {
-    const Vec3& n = b.normal(f);
-    const double separation = n.dot(a.vertex(a.farthest(-n))) - b.offset(f);
+    const Vec3 n = b.normal(f);
+    const double separation = b.height(f, a.vertex(a.farthest(-n)));
     if (wins(separation)) best = {PolytopeAxis::FACE_B, separation, n, 0, f};
   }
   for (int f = 0; f < a.face_count(); ++f) {
-    const Vec3& n = a.normal(f);
-    const double separation = n.dot(b.vertex(b.farthest(-n))) - a.offset(f);
+    const Vec3 n = a.normal(f);
+    const double separation = a.height(f, b.vertex(b.farthest(-n)));
     if (wins(separation)) best = {PolytopeAxis::FACE_A, separation, -n, f, 0};
   }
 

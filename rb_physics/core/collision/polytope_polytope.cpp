@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "collision/closest.hpp"
+#include "collision/convex_axis.hpp"
 #include "collision/face_clip.hpp"
 #include "collision/pairs.hpp"
 #include "math/tolerances.hpp"
@@ -89,53 +90,108 @@ void deepest_contact(const Polytope& a, const Polytope& b, const PolytopeAxis& a
   out.add(p);
 }
 
-// The one pair of nearest points of polytopes that are apart.
-void nearest_contact(const Polytope& a, const Polytope& b, double margin, const GjkResult& nearest,
+// The vertex or edge of `p` that looks along `direction`.
+std::uint32_t facing_feature(const Polytope& p, const Vec3& direction) {
+  const int vertex = p.farthest(direction);
+  std::uint32_t feature = make_feature(FeatureType::VERTEX, vertex);
+  p.for_each_edge_at(vertex, [&](int e) {
+    const HullEdge& edge = p.topology().edges[e];
+    const Vec3 along = p.vertex(edge.head) - p.vertex(edge.tail);
+    if (std::abs(direction.dot(along)) <= tolerance::parallel * along.norm()) {
+      feature = p.edge_feature(e);
+    }
+  });
+  return feature;
+}
+
+// The one pair of nearest points of polytopes that are apart, corner to corner or corner to edge.
+void nearest_contact(const Polytope& a, const Polytope& b, const ConvexAxis& nearest,
                      Manifold& out) {
-  if (!(nearest.distance <= margin)) return;
-  const Simplex& s = nearest.simplex;
-  int vertices_a[4], vertices_b[4];
-  for (int i = 0; i < s.size; ++i) {
-    vertices_a[i] = s.vertex[i].index_a;
-    vertices_b[i] = s.vertex[i].index_b;
-  }
   ManifoldPoint p;
-  p.point_a = s.nearest_on_a();
-  p.point_b = s.nearest_on_b();
-  p.normal = nearest.toward_a / nearest.distance;
-  p.separation = nearest.distance;
-  p.feature_a = a.feature_of(vertices_a, s.size);
-  p.feature_b = b.feature_of(vertices_b, s.size);
+  p.point_a = nearest.on_a;
+  p.point_b = nearest.on_b;
+  p.normal = nearest.normal;
+  p.separation = nearest.separation;
+  p.feature_a = facing_feature(a, -nearest.normal);
+  p.feature_b = facing_feature(b, nearest.normal);
   p.kind = ContactKind::VERTEX_FACE;
   out.add(p);
+}
+
+// Among the faces and pairs of edges that look along `normal`, an axis whose separation is not less
+// than the one known by more than `preference`; its separation is -infinity when there is none.
+PolytopeAxis local_axis(const Polytope& a, const Polytope& b, const Vec3& normal, double separation,
+                        double preference) {
+  constexpr double face_cosine = 0.9, edge_slope = 0.01;  // rough: the separation decides
+  PolytopeAxis best;
+  best.separation = -std::numeric_limits<double>::infinity();
+  const auto wins = [&](double s) {
+    return s >= separation - preference && s > best.separation + preference;
+  };
+  const int vertex_a = a.farthest(-normal), vertex_b = b.farthest(normal);
+  b.for_each_face_at(vertex_b, [&](int f) {
+    const Vec3 n = b.normal(f);
+    if (n.dot(normal) < face_cosine) return;
+    const double s = b.height(f, a.vertex(a.farthest(-n, vertex_a)));
+    if (wins(s)) best = {PolytopeAxis::FACE_B, s, n, 0, f};
+  });
+  a.for_each_face_at(vertex_a, [&](int f) {
+    const Vec3 n = -a.normal(f);
+    if (n.dot(normal) < face_cosine) return;
+    const double s = a.height(f, b.vertex(b.farthest(n, vertex_b)));
+    if (wins(s)) best = {PolytopeAxis::FACE_A, s, n, f, 0};
+  });
+  if (best.separation > -std::numeric_limits<double>::infinity()) return best;
+  const Vec3 on_a = a.vertex(vertex_a), on_b = b.vertex(vertex_b);
+  a.for_each_edge_at(vertex_a, [&](int ea) {
+    const HullEdge& edge_a = a.topology().edges[ea];
+    const Vec3 along_a = a.vertex(edge_a.head) - a.vertex(edge_a.tail);
+    if (std::abs(normal.dot(along_a)) > edge_slope * along_a.norm()) return;
+    b.for_each_edge_at(vertex_b, [&](int eb) {
+      const HullEdge& edge_b = b.topology().edges[eb];
+      const Vec3 along_b = b.vertex(edge_b.head) - b.vertex(edge_b.tail);
+      if (std::abs(normal.dot(along_b)) > edge_slope * along_b.norm()) return;
+      const Vec3 cross = along_a.cross(along_b);
+      const double length = cross.norm();
+      if (length <= tolerance::parallel_edges * along_a.norm() * along_b.norm()) return;
+      const Vec3 n = cross.dot(normal) > 0.0 ? Vec3(cross / length) : Vec3(-cross / length);
+      const double s =
+          n.dot(a.vertex(a.farthest(-n, vertex_a)) - b.vertex(b.farthest(n, vertex_b)));
+      // Both edges must be the farthest there are.
+      if (s < n.dot(on_a - on_b) - preference) return;
+      if (wins(s)) best = {PolytopeAxis::EDGES, s, n, ea, eb};
+    });
+  });
+  return best;
 }
 
 }  // namespace
 
 void contacts_polytopes(const Polytope& a, const Polytope& b, double margin, Manifold& out) {
   const Scale scale = scale_of(a, b);
-  const double close = tolerance::closest_direction * scale.small;
-  const GjkResult nearest = gjk(a, b, Vec3(a.center() - b.center()), margin, 0.01 * close);
-  if (nearest.status == GjkStatus::BEYOND) return;
-  const bool apart = nearest.status != GjkStatus::OVERLAP && nearest.distance > close;
-  if (apart && nearest.distance > margin) return;
-  const PolytopeAxis axis = separating_axis(a, b, tolerance::axis_preference * scale.small);
-  if (axis.separation > margin) return;
+  const AxisSearch search(a, b, scale.small);
+  const ConvexAxis nearest = search.first(a.center() - b.center(), margin);
+  if (nearest.beyond || (nearest.apart && nearest.separation > margin)) return;
+  const double preference = tolerance::axis_preference * scale.small;
+  PolytopeAxis axis = local_axis(a, b, nearest.normal, nearest.separation, preference);
+  const bool known = axis.separation >= nearest.separation - preference;
+  if (!nearest.apart && !known) axis = separating_axis(a, b, preference);
   const int first = out.size();
-  if (!apart || nearest.distance <= axis.separation + scale.tolerance) {
+  if (known || !nearest.apart) {
+    if (axis.separation > margin) return;
     if (axis.kind == PolytopeAxis::EDGES) {
       if (edge_contact(a, b, axis, scale.tolerance, out)) return;
     } else {
       face_contacts(a, b, axis, margin, scale.tolerance, out);
       if (out.least_separation(first) <= axis.separation + scale.tolerance) return;
     }
-    if (!apart) {
+    if (!nearest.apart) {
       if (out.size() == first) deepest_contact(a, b, axis, out);
       return;
     }
   }
   out.truncate(first);
-  nearest_contact(a, b, margin, nearest, out);
+  nearest_contact(a, b, nearest, out);
 }
 
 void contacts_box_hull(const Box& a, const Placement& at_a, const ConvexHull& b,

@@ -55,7 +55,7 @@ Nearest nearest_on_triangle(const Vertices& v, int i, int j, int k) {
 
 }  // namespace
 
-bool Simplex::reduce_to_nearest() {
+Simplex::Step Simplex::reduce_to_nearest(double distance_sq) {
   Nearest best;
   if (size == 1) {
     best = nearest_vertex(vertex, 0);
@@ -80,16 +80,19 @@ bool Simplex::reduce_to_nearest() {
       inside = false;
       best = nearer(best, nearest_on_triangle(vertex, f[0], f[1], f[2]));
     }
-    if (inside) return false;
+    if (inside) return Step::INSIDE;
   }
-  Vertices kept;
+  if (!(best.distance_sq < distance_sq)) {
+    --size;
+    return Step::STUCK;
+  }
+  // Kept vertices are in ascending order: moving them down overwrites none that is still needed.
   for (int i = 0; i < best.size; ++i) {
-    kept[i] = vertex[best.vertex[i]];
+    if (best.vertex[i] != i) vertex[i] = vertex[best.vertex[i]];
     weight[i] = best.weight[i];
   }
-  for (int i = 0; i < best.size; ++i) vertex[i] = kept[i];
   size = best.size;
-  return true;
+  return Step::NEARER;
 }
 
 }  // namespace rb

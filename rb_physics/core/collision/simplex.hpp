@@ -43,9 +43,12 @@ struct Simplex {
     return sum;
   }
 
-  // Drops the vertices that do not support the point nearest the origin and sets the weights.
-  // False: the origin lies inside the tetrahedron (nothing dropped).
-  bool reduce_to_nearest();
+  enum class Step { INSIDE, STUCK, NEARER };
+
+  // Drops the vertices that do not support the point nearest the origin and sets the weights:
+  // NEARER. Nothing changes when the origin lies inside the tetrahedron (INSIDE). When the square
+  // of the distance does not fall below `distance_sq`, the last vertex goes again (STUCK).
+  Step reduce_to_nearest(double distance_sq);
 };
 
 }  // namespace rb

@@ -10,41 +10,44 @@ namespace rb {
 
 void contacts_ball_hull(const Ball& a, const Placement& at_a, const ConvexHull& b,
                         const Placement& at_b, double margin, Manifold& out) {
+  static thread_local Polytope polytope;
   const HullData& hull = *b.data;
   const Vec3 center = at_b.apply_inverse(at_a.position);
+  polytope.place(b, Placement{});
+  const auto point = [&](const Vec3&) { return SupportPoint{center, 0}; };
+  const double close = tolerance::closest_direction * hull.size;
+  const GjkResult nearest =
+      gjk(point, polytope, Vec3(center - hull.center), margin + a.radius, 0.01 * close);
+  if (nearest.status == GjkStatus::BEYOND) return;
+  const bool apart = nearest.status != GjkStatus::OVERLAP && nearest.distance > close;
   // The face plane the centre is highest above; the lowest index decides a tie.
   int face = 0;
   double height = -std::numeric_limits<double>::infinity();
-  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
+  const auto offer = [&](int f) {
     const double h = hull.faces[f].normal.dot(center) - hull.faces[f].offset;
-    if (h - a.radius > margin) return;
     if (h > height + tolerance::axis_preference * hull.size) {
       height = h;
-      face = static_cast<int>(f);
+      face = f;
     }
+  };
+  if (apart) {
+    polytope.for_each_face_at(nearest.simplex.vertex[0].index_b, offer);
+  } else {
+    for (int f = 0; f < polytope.face_count(); ++f) offer(f);
   }
   Vec3 normal = hull.faces[face].normal;
   Vec3 on_hull = center - height * normal;
   ManifoldPoint p;
   p.feature_b = make_feature(FeatureType::FACE, face);
-  if (height > tolerance::closest_direction * hull.size) {
-    // Outside: nearest may be an edge or a vertex instead.
-    static thread_local Polytope polytope;
-    polytope.place(b, Placement{});
-    const auto point = [&](const Vec3&) { return SupportPoint{center, 0}; };
-    const GjkResult nearest =
-        gjk(point, polytope, Vec3(center - hull.center), margin + a.radius, 1e-14 * hull.size);
-    if (nearest.status == GjkStatus::BEYOND) return;
-    if (nearest.distance > height + tolerance::coincident * hull.size) {
-      height = nearest.distance;
-      normal = nearest.toward_a / height;
-      on_hull = nearest.simplex.nearest_on_b();
-      int vertices[4];
-      for (int i = 0; i < nearest.simplex.size; ++i) {
-        vertices[i] = nearest.simplex.vertex[i].index_b;
-      }
-      p.feature_b = polytope.feature_of(vertices, nearest.simplex.size);
+  if (apart && nearest.distance > height + tolerance::coincident * hull.size) {
+    height = nearest.distance;
+    normal = nearest.toward_a / height;
+    on_hull = nearest.simplex.nearest_on_b();
+    int vertices[4];
+    for (int i = 0; i < nearest.simplex.size; ++i) {
+      vertices[i] = nearest.simplex.vertex[i].index_b;
     }
+    p.feature_b = polytope.feature_of(vertices, nearest.simplex.size);
   }
   if (!(height - a.radius <= margin)) return;
   const bool on_face = feature_type(p.feature_b) == FeatureType::FACE;

@@ -160,15 +160,19 @@ void add_edges(HullData& hull) {
     hull.edges.push_back(
         {a.tail, a.head, a.forward ? a.face : b.face, a.forward ? b.face : a.face});
   }
-  std::vector<std::vector<int>> joined(hull.vertices.size());
-  for (const HullEdge& edge : hull.edges) {
-    joined[edge.tail].push_back(edge.head);
-    joined[edge.head].push_back(edge.tail);
+  std::vector<std::vector<std::pair<int, int>>> joined(hull.vertices.size());
+  for (int e = 0; e < static_cast<int>(hull.edges.size()); ++e) {
+    const HullEdge& edge = hull.edges[e];
+    joined[edge.tail].emplace_back(edge.head, e);
+    joined[edge.head].emplace_back(edge.tail, e);
   }
   hull.neighbor_first.push_back(0);
   for (auto& list : joined) {
     std::sort(list.begin(), list.end());
-    hull.neighbors.insert(hull.neighbors.end(), list.begin(), list.end());
+    for (const auto& [neighbor, edge] : list) {
+      hull.neighbors.push_back(neighbor);
+      hull.edges_at.push_back(edge);
+    }
     hull.neighbor_first.push_back(static_cast<int>(hull.neighbors.size()));
   }
   std::vector<std::vector<int>> around(hull.vertices.size());

@@ -33,6 +33,7 @@ struct HullData {
   std::vector<HullEdge> edges;
   std::vector<int> neighbor_first;  // size vertices + 1, index into neighbors
   std::vector<int> neighbors;       // vertices joined to a vertex by an edge, ascending
+  std::vector<int> edges_at;        // the edges to those neighbors
   std::vector<int> face_first;      // size vertices + 1, index into faces_at
   std::vector<int> faces_at;        // faces around a vertex, ascending
   MassProperties mass;              // density 1 kg/m^3
