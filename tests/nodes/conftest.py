@@ -21,7 +21,7 @@ bodies:
     position: [0, 0, 0.1]
     friction: 0.5
     frames: {tip: {position: [0.1, 0, 0], orientation: [0, 0, 0, 1]}}
-  - {name: floater, shape: {type: sphere, radius: 0.1}, mass: 1.0, position: [3, 0, 50]}
+  - {name: floater, shape: {type: sphere, radius: 0.1}, mass: 1.0, position: [3, 0, 5000]}
 """
 _counter = itertools.count()
 

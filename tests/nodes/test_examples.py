@@ -45,7 +45,7 @@ def test_pose_holder_holds_against_gravity_and_a_push(simulator, start, tmp_path
     start(
         "pose_holder",
         body="floater",
-        position="[3.0, 0.0, 49.0]",
+        position="[3.0, 0.0, 4999.0]",
         mass=1.0,
         inertia=0.004,
         gravity="[0.0, 0.0, -10.0]",
@@ -57,7 +57,7 @@ def test_pose_holder_holds_against_gravity_and_a_push(simulator, start, tmp_path
         return math.dist((p.x, p.y, p.z), (x, 0.0, z)) < 0.02 and math.hypot(v.x, v.y, v.z) < 0.02
 
     # Gravity is fed forward, so it comes to rest at the goal itself.
-    wait_for(lambda: odom and still(3.0, 49.0), "the ball at rest at its goal")
+    wait_for(lambda: odom and still(3.0, 4999.0), "the ball at rest at its goal")
     push = start(
         "pusher",
         topic="/sim_node/bodies/floater/wrench/gust",
@@ -66,10 +66,10 @@ def test_pose_holder_holds_against_gravity_and_a_push(simulator, start, tmp_path
     )
     # In balance with the push: 5 N / (m ω²) = 5 / (2π·2)² = 31.7 mm away
     offset = 5.0 / (4 * math.pi) ** 2
-    wait_for(lambda: still(3.0 + offset, 49.0), "the ball held against the push")
+    wait_for(lambda: still(3.0 + offset, 4999.0), "the ball held against the push")
     wait_for(lambda: abs(odom[-1].pose.pose.position.x - 3.0 - offset) < 0.003, "balance")
     push.stop()
-    wait_for(lambda: still(3.0, 49.0) and odom[-1].pose.pose.position.x < 3.01, "the ball back")
+    wait_for(lambda: still(3.0, 4999.0) and odom[-1].pose.pose.position.x < 3.01, "the ball back")
 
 
 def test_force_sensor_says_that_the_crate_weighs_m_g(simulator, start):

@@ -43,12 +43,12 @@ def test_reset_takes_time_and_state_back(simulator):
     sim = simulator()
     clock = sim.client.collect(Clock, "/clock")
     poses = sim.client.collect(PoseArray, "/sim_node/poses")
-    wait_for(lambda: poses and poses[-1].poses[2].position.z < 49.8, "the ball to fall")
+    wait_for(lambda: poses and poses[-1].poses[2].position.z < 4999.8, "the ball to fall")
     assert sim.client.call(SetBool, "/sim_node/pause", SetBool.Request(data=True)).success
     assert sim.client.call(Trigger, "/sim_node/reset").message == "state reset, time is 0 s"
     wait_for(lambda: seconds(clock[-1].clock) == 0.0, "the clock at 0")
     wait_for(lambda: seconds(poses[-1].header.stamp) == 0.0, "the poses at 0")
-    assert poses[-1].poses[2].position.z == 50.0
+    assert poses[-1].poses[2].position.z == 5000.0
     times = [seconds(message.clock) for message in clock]
     assert sum(b < a for a, b in itertools.pairwise(times)) == 1  # back exactly once
 
@@ -56,12 +56,12 @@ def test_reset_takes_time_and_state_back(simulator):
 def test_reset_state_lets_time_go_on(simulator):
     sim = simulator()
     poses = sim.client.collect(PoseArray, "/sim_node/poses")
-    wait_for(lambda: poses and poses[-1].poses[2].position.z < 49.8, "the ball to fall")
+    wait_for(lambda: poses and poses[-1].poses[2].position.z < 4999.8, "the ball to fall")
     assert sim.client.call(SetBool, "/sim_node/pause", SetBool.Request(data=True)).success
     answer = sim.client.call(Trigger, "/sim_node/reset_state")
     time = float(answer.message.split()[-2])
     assert time > 0.1  # falling 0.2 m takes 0.2 s
-    wait_for(lambda: poses[-1].poses[2].position.z == 50.0, "the ball back at its start")
+    wait_for(lambda: poses[-1].poses[2].position.z == 5000.0, "the ball back at its start")
     assert abs(seconds(poses[-1].header.stamp) - time) < 1e-9
     times = [seconds(message.header.stamp) for message in poses]
     assert times == sorted(times)
