@@ -153,24 +153,97 @@ def verify(recording: Path, start: float | None, threads: int | None) -> None:
     """Simulate RECORDING again and compare every step; exit code 1 when it differs."""
     from .recording.replay import verify as repeat
 
-    bar: _Progress | None = None
-
-    def progress(done: int, total: int, dt: float) -> None:
-        nonlocal bar
-        if bar is None:
-            bar = _Progress(total, dt)
-            bar.__enter__()
-        bar(done - bar.done)
-
     chosen = {} if threads is None else {"threads": threads}
-    try:
+    with _LateProgress() as progress:
         result = repeat(recording, start=start, progress=progress, **chosen)
-    finally:
-        if bar is not None:
-            bar.__exit__()
     click.echo(result.text)
     if result.difference is not None:
         sys.exit(1)
+
+
+@main.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.option(
+    "--from", "start", type=float, required=True, metavar="SECONDS", help="Where to part."
+)
+@click.option("--until", type=float, metavar="SECONDS", help="Default: the end of RECORDING.")
+@click.option("--record", type=click.Path(path_type=Path), required=True, metavar="DIR")
+@click.option(
+    "--wrench",
+    "wrenches",
+    multiple=True,
+    type=(str, float, float, float),
+    metavar="BODY FX FY FZ",
+    help="Force (N, world axes) added from the start on; may be given several times.",
+)
+@click.option("--impact-law", help="Another impact law than recorded.")
+@click.option("--stepper", help="Another stepper than recorded.")
+@click.option("--no-rerun", is_flag=True, help="Record the bag only.")
+def replay(
+    recording: Path,
+    start: float,
+    until: float | None,
+    record: Path,
+    wrenches: tuple[tuple[str, float, float, float], ...],
+    no_rerun: bool,
+    **changed: str | None,
+) -> None:
+    """Continue RECORDING from one of its moments and record what happens: a branch."""
+    from .recording.branch import AddedWrench, branch
+
+    with _LateProgress() as progress:
+        steps = branch(
+            recording,
+            record,
+            start,
+            until,
+            wrenches=[AddedWrench(body, (x, y, z)) for body, x, y, z in wrenches],
+            rerun="off" if no_rerun else "file",
+            progress=progress,
+            **{key: value for key, value in changed.items() if value is not None},
+        )
+    click.echo(f"{steps} steps recorded in {record}; next: rb_physics compare {recording} {record}")
+
+
+@main.command()
+@click.argument("first", type=click.Path(path_type=Path))
+@click.argument("second", type=click.Path(path_type=Path))
+def compare(first: Path, second: Path) -> None:
+    """Say where the poses of two recordings part; exit code 1 when they do."""
+    from .recording.compare import compare as find
+
+    result = find(first, second)
+    click.echo(result.text)
+    if not result.identical:
+        sys.exit(1)
+
+
+@main.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.argument("directory", type=click.Path(path_type=Path))
+@click.option(
+    "--format",
+    "format_",
+    type=click.Choice(["csv", "parquet", "npz"]),
+    default="csv",
+    show_default=True,
+)
+def export(recording: Path, directory: Path, format_: str) -> None:
+    """Write poses, contact wrenches, contacts and totals of RECORDING into a new folder."""
+    from .recording.export import export as write
+
+    for path in write(recording, directory, format_):
+        click.echo(path)
+
+
+@main.command()
+@click.argument("recording", type=click.Path(path_type=Path))
+@click.argument("png", type=click.Path(path_type=Path, dir_okay=False))
+def plot(recording: Path, png: Path) -> None:
+    """Draw energy, contact forces and heights of RECORDING into a new PNG file."""
+    from .recording.plot import plot as draw
+
+    click.echo(draw(recording, png))
 
 
 def _simulate(world: World, steps: int) -> None:
@@ -252,3 +325,22 @@ class _Progress:
     def __exit__(self, *_: object) -> None:
         if self.bar is not None:
             self.bar.close()
+
+
+class _LateProgress:
+    """Progress of something whose length is known when it reports for the first time."""
+
+    def __init__(self) -> None:
+        self.bar: _Progress | None = None
+
+    def __enter__(self) -> _LateProgress:
+        return self
+
+    def __call__(self, done: int, total: int, dt: float) -> None:
+        if self.bar is None:
+            self.bar = _Progress(total, dt).__enter__()
+        self.bar(done - self.bar.done)
+
+    def __exit__(self, *_: object) -> None:
+        if self.bar is not None:
+            self.bar.__exit__()

@@ -37,9 +37,10 @@ class Operation(NamedTuple):
 class Operations:
     """Performs operations on one world."""
 
-    def __init__(self, world: Any) -> None:
+    def __init__(self, world: Any, initial: bytes | None = None) -> None:
+        """`initial`: the snapshot that `reset` goes back to; None: the present state."""
         self._world = world
-        self._initial: bytes = world.save()  # where `reset` goes back to
+        self._initial: bytes = world.save() if initial is None else initial
 
     def perform(self, name: str, arguments: Mapping[str, Any]) -> None:
         """Raises ValueError for an unknown operation, and what the world raises."""

@@ -63,6 +63,7 @@ class Recorder:
         rerun: str = "off",
         snapshot_interval: float = 5.0,
         custom_data: dict[str, str] | None = None,
+        initial: bytes | None = None,
         **log_options: Any,
     ) -> None:
         """Args:
@@ -71,13 +72,15 @@ class Recorder:
             topics: None: the packaged table.
             rerun: "off", "file" (a .rrd in the folder), or "live" (a viewer too).
             snapshot_interval: s of simulated time.
+            custom_data: further notes.
+            initial: the snapshot `reset` goes back to; None: the present state.
             log_options: those of `McapLog` (compression, policy, split_bytes, ...).
 
         Raises RecordingError, TopicError.
         """
         self._world = world
         self.outputs = Outputs(world, topics if topics is not None else load_topics(), node_name)
-        self._operations = Operations(world)
+        self._operations = Operations(world, initial)
         self._namespace = "/" + node_name.strip("/") + "/"
         self.step = 0  # steps made since the start
         self._time_offset = 0  # ns, log time minus simulated time
@@ -96,6 +99,8 @@ class Recorder:
         if scene is not None:
             text = scene.to_yaml().encode()
             attachments.insert(0, Attachment("scene.yaml", "application/yaml", text))
+        if initial is not None:
+            attachments.append(Attachment("initial.snapshot", "application/octet-stream", initial))
         if rerun != "off":
             from . import rerun_log
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from .mcap_log import RecordingError
 from .operations import Operation, Operations
 from .operations import from_json as operation_from_json
 from .recorder import FORMAT_VERSION, environment
+
+if TYPE_CHECKING:
+    from ..scene import Scene
 
 _QUANTITIES = ("position", "orientation", "linear_velocity", "angular_velocity")
 _AT_ONCE = 256  # steps between two looks at the hashes
@@ -106,17 +109,31 @@ class Run:
         self.steps, self.hashes = rows[:, 0].astype(np.int64), rows[:, 1]
         if len(self.steps) and not np.array_equal(self.steps, np.arange(1, len(self.steps) + 1)):
             raise RecordingError(f"{log.directory}: the state hashes of some steps are missing")
+        self.initial = attachments.get("initial.snapshot", self.snapshots.get(0, b""))
         if 0 not in self.snapshots:
             raise RecordingError(f"{log.directory}: the snapshot of the start is missing")
 
-    def build(self, **settings: Any) -> Any:
-        """A new world at the start of the run; `settings` replace recorded ones (threads, ...)."""
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The recorded fields of `Settings`."""
+        settings: dict[str, Any] = json.loads(self.notes["settings"])
+        return settings
+
+    @property
+    def first_step(self) -> int:
+        """`World.step_count` at the start of the recording."""
+        return int(self.notes["first_step"])
+
+    def scene(self) -> Scene:
+        """The recorded scene."""
         from ..scene import Scene
 
-        chosen = json.loads(self.notes["settings"]) | settings
-        world = Scene.from_yaml(self.scene_text, source=f"{self.log.directory}/scene.yaml").build(
-            **chosen
-        )
+        source = f"{self.log.directory}/scene.yaml"
+        return Scene.from_yaml(self.scene_text, name=self.notes["scene"], source=source)
+
+    def build(self, **settings: Any) -> Any:
+        """A new world at the start of the run; `settings` replace recorded ones (threads, ...)."""
+        world = self.scene().build(**(self.settings | settings))
         _restore(world, self, 0)
         return world
 
@@ -136,7 +153,7 @@ class Repetition:
     def __init__(self, run: Run, **settings: Any) -> None:
         self._run = run
         self.world = run.build(**settings)
-        self._operations = Operations(self.world)
+        self._operations = Operations(self.world, run.initial)
         self._pending = list(reversed(run.operations))
         self.step = 0
 
@@ -148,6 +165,10 @@ class Repetition:
                 self._perform(operation)
         _restore(self.world, self._run, step)
         self.step = step
+
+    def pending(self) -> list[Operation]:
+        """The logged changes that are still to come, the next one last."""
+        return list(self._pending)
 
     def _perform(self, operation: Operation) -> None:
         try:
@@ -191,7 +212,9 @@ def verify(
     dt = float(run.notes["dt"])
     repetition = Repetition(run, **settings)
     if start is not None:
-        repetition.skip_to(max(s for s in run.snapshots if s == 0 or s * dt <= start + dt / 2))
+        repetition.skip_to(
+            max(s for s in run.snapshots if s == 0 or (s + run.first_step) * dt <= start + dt / 2)
+        )
     first = repetition.step
     last = len(run.hashes)
     while repetition.step < last:

@@ -1,0 +1,90 @@
+"""Continuing a recorded run from any of its moments, as a recording of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from .mcap_log import RecordingError
+from .recorder import Recorder
+from .replay import Repetition, Run
+
+
+class AddedWrench(NamedTuple):
+    """A wrench that the branch applies from its start on, beside what was recorded."""
+
+    body: str
+    force: tuple[float, float, float]  # N, world axes, at the centre of mass
+    torque: tuple[float, float, float] = (0.0, 0.0, 0.0)  # N m, world axes
+
+
+_SOURCE = 1_000_000  # of added wrenches: far from the sources a node numbers from 0
+
+
+def branch(
+    recording: str | Path,
+    directory: str | Path,
+    start: float,
+    until: float | None = None,
+    *,
+    wrenches: Sequence[AddedWrench] = (),
+    rerun: str = "file",
+    progress: Callable[[int, int, float], None] | None = None,
+    **settings: Any,
+) -> int:
+    """Repeats `recording` up to `start`, then goes on and records into `directory`; the steps made.
+
+    Up to the end of the recording its inputs are applied again as they were; behind it none are.
+
+    Args:
+        start, until: s of log time; until None: the end of the recording.
+        wrenches, settings: what the branch does otherwise, e.g. ``impact_law="reflections"``.
+        rerun: as in `Recorder`.
+        progress: called with (steps done, steps in all, s per step).
+
+    Raises RecordingError, SceneError.
+    """
+    run = Run(recording)
+    dt = float(run.notes["dt"])
+    if settings.get("dt", dt) != dt:
+        raise RecordingError("a branch keeps the step of its recording: dt can't be changed")
+    first = round(start / dt) - run.first_step
+    last = len(run.hashes) if until is None else round(until / dt) - run.first_step
+    if not 0 <= first <= len(run.hashes):
+        raise RecordingError(
+            f"start is {start:g} s; {run.log.directory} goes from {run.first_step * dt:g} to "
+            f"{(run.first_step + len(run.hashes)) * dt:g} s"
+        )
+    if last <= first:
+        raise RecordingError(f"until must be later than start ({start:g} s)")
+    repetition = Repetition(run)
+    repetition.skip_to(max(step for step in run.snapshots if step <= first))
+    while repetition.step < first:
+        repetition.advance(first)
+    scene = run.scene()
+    world = scene.build(**(run.settings | settings))
+    if [body.name for body in world.bodies] != [body.name for body in repetition.world.bodies]:
+        raise RecordingError(
+            f"bodies were added or removed before {start:g} s: a branch can start where the bodies "
+            "are those of the scene"
+        )
+    world.restore(repetition.world.save())
+    with Recorder(
+        world, directory, scene=scene, node_name=run.notes["node_name"], rerun=rerun,
+        custom_data={"branch_of": run.log.directory.name, "branch_start": repr(start)},
+        initial=run.initial,
+    ) as recorder:  # fmt: skip
+        for wrench in wrenches:
+            recorder.perform("apply_wrench", body=wrench.body, force=wrench.force,
+                             torque=wrench.torque, source=_SOURCE)  # fmt: skip
+        pending = repetition.pending()
+        for step in range(first, last):
+            while pending and pending[-1].step <= step:
+                operation = pending.pop()
+                recorder.perform(operation.name, **operation.arguments)
+            world.step()
+            recorder.after_step()
+            if progress is not None:
+                progress(step + 1 - first, last - first, dt)
+    return last - first

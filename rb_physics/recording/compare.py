@@ -1,0 +1,105 @@
+"""Where two recordings part: the poses they logged at the same times."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .mcap_log import RecordingError
+from .tables import Tables, read_tables
+
+
+class BodyComparison(NamedTuple):
+    """One body in two recordings."""
+
+    body: str
+    parts_at: float | None  # s; the first common time at which its poses differ
+    largest_distance: float  # m, between its positions
+    largest_at: float  # s
+    last_distance: float  # m, at the last common time
+
+
+class Comparison(NamedTuple):
+    """Two recordings, body by body."""
+
+    bodies: tuple[BodyComparison, ...]
+    start: float  # s, first common time
+    end: float  # s, last common time
+    missing: tuple[str, ...]  # bodies that only one of them has
+
+    @property
+    def identical(self) -> bool:
+        return not self.missing and all(b.parts_at is None for b in self.bodies)
+
+    @property
+    def text(self) -> str:
+        """A table for people."""
+        lines = [f"compared from {self.start:.3f} to {self.end:.3f} s"]
+        if self.identical:
+            return "\n".join([*lines, "identical poses"])
+        parted = [b for b in self.bodies if b.parts_at is not None]
+        if parted:
+            first = min(parted, key=lambda b: b.parts_at or 0.0)
+            lines.append(f"they part at {first.parts_at:.3f} s, body {first.body} first")
+            lines.append(
+                f"{'body':<20} {'parts at':>10} {'largest':>12} {'at':>10} {'at the end':>12}"
+            )
+        for b in parted:
+            lines.append(
+                f"{b.body:<20} {b.parts_at:>8.3f} s {b.largest_distance:>10.3g} m "
+                f"{b.largest_at:>8.3f} s {b.last_distance:>10.3g} m"
+            )
+        same = len(self.bodies) - len(parted)
+        lines.append(f"{same} other bodies are identical" if parted else "")
+        if self.missing:
+            lines.append(f"only one of them has: {', '.join(self.missing)}")
+        return "\n".join(line for line in lines if line)
+
+
+def compare(first: str | Path, second: str | Path) -> Comparison:
+    """Raises RecordingError when they have no time or no body in common."""
+    a, b = read_tables(first), read_tables(second)
+    common = [name for name in a.bodies if name in b.bodies]
+    missing = [n for n in (*a.bodies, *b.bodies) if n not in common]
+    results = []
+    start, end = np.inf, -np.inf
+    for name in common:
+        time, pose_a, pose_b = _matched(a, b, name)
+        if not len(time):
+            continue
+        start, end = min(start, time[0]), max(end, time[-1])
+        distance = np.linalg.norm(pose_a[:, :3] - pose_b[:, :3], axis=1)
+        differs = np.nonzero(np.any(pose_a != pose_b, axis=1))[0]
+        at = int(np.argmax(distance))
+        results.append(
+            BodyComparison(
+                name,
+                float(time[differs[0]]) if len(differs) else None,
+                float(distance[at]),
+                float(time[at]),
+                float(distance[-1]),
+            )
+        )
+    if not results:
+        raise RecordingError(f"{first} and {second} have no poses of one body at one time")
+    return Comparison(tuple(results), float(start), float(end), tuple(missing))
+
+
+def _matched(a: Tables, b: Tables, name: str) -> tuple[NDArray, NDArray, NDArray]:
+    """Common times (in ns exact) and the poses of one body there, (T, 7) each."""
+
+    def of(tables: Tables) -> tuple[NDArray, NDArray]:
+        rows = tables.poses[tables.poses["body"] == tables.bodies.index(name)]
+        stamps, last = np.unique(
+            np.rint(rows["time"] * 1e9).astype(np.int64)[::-1], return_index=True
+        )
+        rows = rows[::-1][last]
+        return stamps, np.hstack((rows["position"], rows["orientation"]))
+
+    times_a, poses_a = of(a)
+    times_b, poses_b = of(b)
+    common, in_a, in_b = np.intersect1d(times_a, times_b, return_indices=True)
+    return common / 1e9, poses_a[in_a], poses_b[in_b]

@@ -1,0 +1,79 @@
+"""Recordings for other tools: CSV, Parquet or NumPy files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .mcap_log import RecordingError
+from .tables import read_tables
+
+FORMATS = ("csv", "parquet", "npz")
+_LETTERS = {3: "xyz", 4: "xyzw"}
+
+
+def export(recording: str | Path, directory: str | Path, format: str = "csv") -> list[Path]:
+    """Writes poses, contact wrenches, contacts and totals into a new folder; the files made.
+
+    Columns are SI units in world axes (wrenches: in the frame they were published in); vectors
+    become columns such as position_x. Bodies appear by name. Raises RecordingError.
+    """
+    if format not in FORMATS:
+        raise RecordingError(f"format {format!r} is not one of {', '.join(FORMATS)}")
+    tables = read_tables(recording)
+    directory = Path(directory)
+    if directory.exists():
+        raise RecordingError(f"{directory} exists already and is never overwritten")
+    directory.mkdir(parents=True)
+    names = np.array(tables.bodies)
+    made = []
+    for name in ("poses", "wrenches", "contacts", "totals"):
+        table = getattr(tables, name)
+        path = directory / f"{name}.{format}"
+        if format == "npz":
+            np.savez_compressed(path, bodies=names, **{f: table[f] for f in table.dtype.names})
+        else:
+            columns = _columns(table, names)
+            _write_csv(path, columns) if format == "csv" else _write_parquet(path, columns)
+        made.append(path)
+    return made
+
+
+def _columns(table: NDArray, names: NDArray) -> dict[str, NDArray]:
+    """Flat columns; bodies by name; the two halves of a feature id joined."""
+    columns: dict[str, NDArray] = {}
+    for field in table.dtype.names or ():
+        values = table[field]
+        if field.startswith("body"):
+            columns[field] = names[values] if len(values) else np.empty(0, str)
+        elif field == "feature":
+            joined = np.ascontiguousarray(values, "<u4").view("<i8")
+            columns[field] = joined.reshape(-1)
+        elif values.ndim == 2:
+            for i, letter in enumerate(_LETTERS[values.shape[1]]):
+                columns[f"{field}_{letter}"] = values[:, i]
+        else:
+            columns[field] = values
+    return columns
+
+
+def _write_csv(path: Path, columns: dict[str, NDArray]) -> None:
+    import csv
+
+    with open(path, "x", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        # tolist gives Python numbers, whose text holds every bit of a double.
+        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def _write_parquet(path: Path, columns: dict[str, NDArray]) -> None:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        raise RecordingError("Parquet needs the pyarrow package: pip install pyarrow") from None
+    table = pyarrow.table({name: pyarrow.array(column) for name, column in columns.items()})
+    pyarrow.parquet.write_table(table, path)

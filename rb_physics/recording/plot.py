@@ -1,0 +1,62 @@
+"""A quick picture of a recording: energy, contact forces, heights."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .mcap_log import RecordingError
+from .tables import Tables, read_tables
+
+_MOST = 12  # bodies drawn
+
+
+def plot(recording: str | Path, png: str | Path) -> Path:
+    """Draws into a new PNG file. Needs matplotlib. Raises RecordingError."""
+    pyplot = _pyplot()
+    png = Path(png)
+    if png.exists():
+        raise RecordingError(f"{png} exists already and is never overwritten")
+    tables = read_tables(recording)
+    figure, axes = pyplot.subplots(3, 1, sharex=True, figsize=(9, 9), layout="constrained")
+    totals = tables.totals
+    if len(totals):
+        time = np.maximum.accumulate(totals["time"])
+        axes[0].plot(time, totals["kinetic_energy"], label="kinetic")
+        axes[0].plot(time, totals["potential_energy"], label="potential")
+        axes[0].plot(time, totals["kinetic_energy"] + totals["potential_energy"], label="total")
+    _per_body(axes[1], tables, tables.wrenches, "force")
+    _per_body(axes[2], tables, tables.poses, "position")
+    for axis, label in zip(axes, ("energy [J]", "contact force [N]", "height [m]"), strict=True):
+        axis.set_ylabel(label)
+        axis.grid(alpha=0.3)
+        if axis.lines:
+            axis.legend(loc="upper right", fontsize="small", ncols=2)
+    axes[2].set_xlabel("time [s]")
+    axes[0].set_title(Path(recording).name)
+    figure.savefig(png, dpi=120)
+    pyplot.close(figure)
+    return png
+
+
+def _per_body(axis: Any, tables: Tables, table: np.ndarray, field: str) -> None:
+    for body in np.unique(table["body"])[:_MOST]:
+        rows = table[table["body"] == body]
+        values = rows[field]
+        drawn = values[:, 2] if field == "position" else np.linalg.norm(values, axis=1)
+        if field == "position" and not np.ptp(rows["position"]) and len(rows) > 1:
+            continue  # does not move
+        axis.plot(rows["time"], drawn, label=tables.bodies[body])
+
+
+def _pyplot() -> Any:
+    try:
+        import matplotlib
+
+        matplotlib.use("Agg")
+        from matplotlib import pyplot
+    except ImportError:
+        raise RecordingError("plots need the matplotlib package: pip install matplotlib") from None
+    return pyplot

@@ -1,0 +1,141 @@
+"""Branches of a recording, comparison, export and plots."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+
+import rb_physics as rb
+from rb_physics.recording import Recorder, RecordingError
+from rb_physics.recording.branch import AddedWrench, branch
+from rb_physics.recording.compare import compare
+from rb_physics.recording.export import export
+from rb_physics.recording.plot import plot
+from rb_physics.recording.replay import Run, verify
+from rb_physics.recording.tables import read_tables
+
+SCENE = """
+dt: 0.002
+bodies:
+  - {name: ground, type: static, shape: {type: half_space, normal: [0, 0, 1], offset: 0}}
+  - {name: box, shape: {type: box, half_extents: [0.1, 0.1, 0.1]}, mass: 2.0, position: [0, 0, 0.1]}
+  - {name: ball, shape: {type: sphere, radius: 0.05}, mass: 0.5, position: [1, 0, 0.3], restitution: 0.5}
+"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("recordings") / "run"
+    scene = rb.Scene.from_yaml(SCENE)
+    world = scene.build()
+    with Recorder(world, directory, scene=scene, snapshot_interval=0.1) as recorder:
+        for step in range(200):
+            if step == 120:
+                recorder.perform("apply_wrench", body="box", force=(30, 0, 0), duration=0.1)
+            if step == 180:
+                recorder.perform("reset_state")
+            world.step()
+            recorder.after_step()
+    return directory
+
+
+def test_unchanged_branch_repeats_the_recording(run, tmp_path):
+    assert branch(run, tmp_path / "branch", 0.15, rerun="off") == 125
+    a, b = Run(run), Run(tmp_path / "branch")
+    assert b.hashes.tolist() == a.hashes[75:].tolist()
+    result = compare(run, tmp_path / "branch")
+    assert result.identical
+    assert (result.start, result.end) == (0.15, 0.4)
+    assert verify(tmp_path / "branch").text.endswith("identical, 125 steps, 0.25 s")
+
+
+def test_a_branch_with_another_wrench_parts_where_it_begins(run, tmp_path):
+    added = [AddedWrench("box", (40.0, 0.0, 0.0))]
+    branch(run, tmp_path / "branch", 0.1, 0.3, wrenches=added, rerun="off")
+    result = compare(run, tmp_path / "branch")
+    parted = {b.body: b.parts_at for b in result.bodies}
+    assert parted == {"ground": None, "box": 0.11, "ball": None}
+    assert "they part at 0.110 s, body box first" in result.text
+    [box] = [b for b in result.bodies if b.body == "box"]
+    # Friction 0.5 m g of 2 kg leaves (40 - 9.81) N: a t^2 / 2 after 0.2 s, until the recorded push.
+    assert box.largest_distance > 0.25
+    assert verify(tmp_path / "branch").difference is None
+
+
+def test_a_branch_goes_on_behind_the_end(run, tmp_path):
+    assert branch(run, tmp_path / "branch", 0.4, 0.5, rerun="off", impact_law="sequential") == 50
+    run_of_branch = Run(tmp_path / "branch")
+    assert run_of_branch.settings["impact_law"] == "sequential"
+    assert run_of_branch.notes["branch_of"] == "run"
+    assert verify(tmp_path / "branch").difference is None
+
+
+@pytest.mark.parametrize(
+    ("start", "until", "settings", "words"),
+    [
+        (-1.0, None, {}, "goes from 0 to 0.4"),
+        (0.5, None, {}, "goes from 0 to 0.4"),
+        (0.2, 0.2, {}, "later than start"),
+        (0.2, 0.3, {"dt": 0.001}, "dt can't be changed"),
+    ],
+)
+def test_impossible_branches_say_so(run, tmp_path, start, until, settings, words):
+    with pytest.raises(RecordingError, match=words):
+        branch(run, tmp_path / "branch", start, until, **settings)
+    assert not (tmp_path / "branch").exists()
+
+
+def test_branch_after_bodies_changed_is_refused(tmp_path):
+    scene = rb.Scene.from_yaml(SCENE)
+    world = scene.build()
+    with Recorder(world, tmp_path / "run", scene=scene) as recorder:
+        recorder.perform("remove_body", body="ball")
+        world.step(10)
+        recorder.after_step()
+    with pytest.raises(RecordingError, match="added or removed before"):
+        branch(tmp_path / "run", tmp_path / "branch", 0.01)
+
+
+def test_tables_hold_what_was_published(run):
+    tables = read_tables(run)
+    assert tables.bodies == ["ground", "box", "ball"]
+    assert len(tables.poses) == 3 * 41
+    box = tables.wrenches[tables.wrenches["body"] == 1]
+    resting = box[(box["time"] > 0.1) & (box["time"] < 0.23)]
+    assert np.allclose(resting["force"], [0, 0, 2 * 9.81], atol=1e-8)  # contact solver's tolerance
+    assert set(tables.contacts["body_b"]) == {0}
+    assert tables.totals["time"][-1] == 0.4
+
+
+@pytest.mark.parametrize("format", ["csv", "parquet", "npz"])
+def test_export(run, tmp_path, format):
+    if format == "parquet":
+        pytest.importorskip("pyarrow")
+    files = export(run, tmp_path / "out", format)
+    assert [f.name for f in files] == [
+        f"{n}.{format}" for n in ("poses", "wrenches", "contacts", "totals")
+    ]
+    poses = read_tables(run).poses
+    if format == "csv":
+        rows = list(csv.DictReader(files[0].read_text().splitlines()))
+        heights = [float(row["position_z"]) for row in rows]
+        assert {row["body"] for row in rows} == {"ground", "box", "ball"}
+    elif format == "parquet":
+        import pyarrow.parquet
+
+        heights = pyarrow.parquet.read_table(files[0]).column("position_z").to_pylist()
+    else:
+        heights = np.load(files[0])["position"][:, 2].tolist()
+    assert heights == poses["position"][:, 2].tolist()  # to the bit, CSV too
+    with pytest.raises(RecordingError, match="never overwritten"):
+        export(run, tmp_path / "out", format)
+
+
+def test_plot(run, tmp_path):
+    pytest.importorskip("matplotlib")
+    path = plot(run, tmp_path / "run.png")
+    assert path.read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(RecordingError, match="never overwritten"):
+        plot(run, path)
