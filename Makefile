@@ -15,13 +15,14 @@ export CCACHE_NOHASHDIR := 1
 endif
 endif
 
-.PHONY: help build demo test soak lint format sanitize bench verify clean
+.PHONY: help build demo test soak lint format sanitize bench bench-node verify clean
 help:
 	@echo "make demo      the node, a second process that pushes bodies, and a recording of it (10 s)"
 	@echo "make test      every test but the long ones"
 	@echo "make soak      the long ones: full counts, installs with pip and colcon"
 	@echo "make lint      ruff, mypy, clang-format, and a build with warnings as errors"
 	@echo "make sanitize  the core's tests under AddressSanitizer and UBSan"
+	@echo "make bench-node  the node at 1 kHz with 100 bodies: steps lost, lateness, CPU (quiet machine)"
 	@echo "make verify    accuracy against exact answers, as a table"
 	@echo "make bench     speed, side by side with other engines"
 	@echo "make format    rewrite sources in the project's format"
@@ -78,6 +79,9 @@ sanitize: $(VENV)/installed-test build
 
 bench: $(VENV)/installed-bench build
 	$(PY) -m benchmarks
+
+bench-node: $(VENV)/installed-bench build
+	$(PY) -m benchmarks.node_loop
 
 verify: $(VENV)/installed-test build
 	$(PY) -m benchmarks.accuracy

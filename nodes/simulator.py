@@ -11,7 +11,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 import rb_physics as rb
-from rb_physics.recording import Recorder, load_topics, new_run_directory
+from rb_physics.recording import Recorder, RecordingError, load_topics, new_run_directory
+from rb_physics.recording.rerun_log import require
 
 from . import parameters
 from .complaints import Complaints
@@ -60,14 +61,21 @@ class Simulator:
             ),
         )
         directory = new_run_directory(values["record_dir"]) if values["record_dir"] else None
-        if values["rerun"] == "file" and directory is None:
-            raise ValueError("rerun is 'file', but record_dir is empty: set record_dir as well")
+        rerun = values["rerun"]
+        if rerun != "off" and directory is None:
+            raise ValueError(f"rerun is '{rerun}', but record_dir is empty: set record_dir as well")
+        if rerun != "off":
+            try:
+                require()
+            except RecordingError as error:
+                self._node.get_logger().warning(f"running without the Rerun view: {error}")
+                rerun = "off"
         return Recorder(
             world,
             directory,
             scene=scene,
             topics=topics,
-            rerun=values["rerun"],
+            rerun=rerun,
             node_name=self._node.get_fully_qualified_name(),
         )
 

@@ -53,7 +53,9 @@ def test_everything_comes_again_in_its_time(client, replay, recording):
         assert time.monotonic() - begin > 0.4  # 0.6 s at half speed, less what was queued
     wait_for(lambda: seconds(poses[-1].header.stamp) < first, "the second round")
     assert names[0].data == '["ground", "crate", "floater"]'
-    for message in poses:  # free fall under 10 m/s²: exact up to the rounding of 1000 sums of size 5000
+    for (
+        message
+    ) in poses:  # free fall under 10 m/s²: exact up to the rounding of 1000 sums of size 5000
         fallen = 5.0 * seconds(message.header.stamp) ** 2
         assert message.poses[2].position.z == pytest.approx(5000.0 - fallen, abs=1e-9)
     assert clock

@@ -30,6 +30,7 @@ def start_and_fail(domain, **values):
         ({"real_time_factor": -1.0}, "real_time_factor is -1.0, but must lie in 0 .. 1000"),
         ({"wrench_timeout": -0.5}, "wrench_timeout is -0.5, but must be >= 0 s, or -1"),
         ({"rerun": "file"}, "set record_dir"),
+        ({"rerun": "live"}, "set record_dir"),
         ({"rerun": "sometimes"}, "must be one of off, file, live"),
         ({"real_time": 2.0}, "there is no parameter 'real_time'"),
         ({"lockstep": 3}, "lockstep is 3, but must be a bool"),
@@ -55,14 +56,29 @@ def test_scene_with_an_error_names_file_body_and_field(domain, tmp_path):
         assert word in line
 
 
-def without(module):
+def without(module, *arguments):
     """A sim_node started by an interpreter in which `module` can't be imported."""
     code = f"import sys; sys.modules[{module!r}] = None\n"
     code += "from rb_physics_nodes.sim_node import main; sys.exit(main())"
     environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, env=environment
+        [sys.executable, "-c", code, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env=environment,
     )
+
+
+def test_rerun_missing_is_said_and_the_bag_is_logged_all_the_same(scene, tmp_path):
+    values = {"scene": scene, "record_dir": tmp_path / "runs", "rerun": "file", "duration": 0.2}
+    done = without("rerun", *parameters(**values))
+    assert done.returncode == 0, done.stderr
+    assert "running without the Rerun view" in done.stderr
+    assert "pip install rerun-sdk" in done.stderr
+    (run,) = (tmp_path / "runs").iterdir()
+    assert list(run.glob("*.mcap"))
+    assert not list(run.glob("*.rrd"))
 
 
 def test_ros_missing():
