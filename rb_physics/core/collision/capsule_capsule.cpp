@@ -30,14 +30,15 @@ struct Rods {
     ManifoldPoint p;
     if (length > tolerance::closest_direction * size) {
       p.normal = apart / length;
+      p.separation = length - size;
     } else {
       // The axes meet: out across both.
       const Vec3 cross = axis_a.cross(axis_b);
       const double sine = cross.norm();
       p.normal = sine > tolerance::parallel ? Vec3(cross / sine) : axis_b.unitOrthogonal();
       if (p.normal.dot(apart) < 0.0) p.normal = -p.normal;
+      p.separation = p.normal.dot(apart) - size;
     }
-    p.separation = length - size;
     p.point_a = on_a - a.radius * p.normal;
     p.point_b = on_b + b.radius * p.normal;
     p.feature_a = make_feature(FeatureType::SMOOTH, feature_a);

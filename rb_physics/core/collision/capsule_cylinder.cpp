@@ -21,6 +21,12 @@ ConvexAxis find_axis(const Rod& a, const PlacedCylinder& b, double size, double 
   if (axis.beyond) return axis;
   const Vec3 first = axis.normal;
   const auto toward = [&](const Vec3& n) { return n.dot(first) >= 0.0 ? n : Vec3(-n); };
+  const auto refine = [&] {
+    search.refine_across(a.axis, axis);
+    search.refine_across(b.axis, axis);
+    search.refine(axis);
+  };
+  if (axis.apart && !axis.certain) refine();
   search.offer(toward(b.axis), axis);
   const Vec3 cross = a.axis.cross(b.axis);
   const double sine = cross.norm();
@@ -30,10 +36,7 @@ ConvexAxis find_axis(const Rod& a, const PlacedCylinder& b, double size, double 
     const double length = radial.norm();
     search.offer(length > 0.0 ? Vec3(radial / length) : b.x, axis);
   }
-  if (axis.fixed || axis.apart) return axis;
-  search.refine_across(a.axis, axis);
-  search.refine_across(b.axis, axis);
-  search.refine(axis);
+  if (!axis.fixed && !axis.apart) refine();
   return axis;
 }
 
@@ -121,8 +124,9 @@ void contacts_capsule_cylinder(const Capsule& shape_a, const Placement& at_a,
   ManifoldPoint p;
   p.normal = n;
   p.separation = axis.separation - a.radius;
-  const Vec3 on_b = axis.apart ? axis.on_b : b(n).point;
-  const Vec3 on_axis = axis.apart ? axis.on_a : Vec3(on_b + axis.separation * n);
+  const bool known = axis.certain && !axis.fixed;
+  const Vec3 on_b = known ? axis.on_b : b(n).point;
+  const Vec3 on_axis = known ? axis.on_a : Vec3(on_b + axis.separation * n);
   p.point_a = on_axis - a.radius * n;
   p.point_b = on_b;
   const double along = a.axis.dot(on_axis - a.center);

@@ -18,8 +18,9 @@ struct ConvexAxis {
   double separation = 0.0;  // m
   Vec3 normal;              // unit, from B to A
   bool fixed = false;       // a direction offered by the shapes themselves
-  bool apart = false;       // nearest points are known
-  Vec3 on_a, on_b;          // m, when apart
+  bool apart = false;       // a positive distance was found
+  bool certain = false;     // apart, and the nearest points are exact
+  Vec3 on_a, on_b;          // m, nearest points when apart
 };
 
 // A: support and curvature(n, m, k); B the same.
@@ -46,6 +47,10 @@ class AxisSearch {
       axis.apart = true;
       axis.on_a = nearest.simplex.nearest_on_a();
       axis.on_b = nearest.simplex.nearest_on_b();
+      // Very unequal sizes leave GJK with slivers: then only what the direction proves counts.
+      const double proven = separation(axis.normal);
+      axis.certain = axis.separation - proven <= 1e-11 * size_;
+      if (!axis.certain) axis.separation = proven;
       return axis;
     }
     const EpaResult overlap = epa(a_, b_, nearest.simplex, 1e-10 * size_);
@@ -117,7 +122,7 @@ class AxisSearch {
   }
 
   void take(const Vec3& n, double s, ConvexAxis& axis) const {
-    if (axis.fixed || !(s > axis.separation) || axis.apart) return;
+    if (axis.fixed || !(s > axis.separation) || axis.certain) return;
     axis.normal = n;
     axis.separation = s;
   }

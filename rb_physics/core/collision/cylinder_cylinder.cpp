@@ -20,6 +20,12 @@ ConvexAxis find_axis(const PlacedCylinder& a, const PlacedCylinder& b, double si
   if (axis.beyond) return axis;
   const Vec3 first = axis.normal;
   const auto toward = [&](const Vec3& n) { return n.dot(first) >= 0.0 ? n : Vec3(-n); };
+  const auto refine = [&] {
+    search.refine_across(a.axis, axis);
+    search.refine_across(b.axis, axis);
+    search.refine(axis);
+  };
+  if (axis.apart && !axis.certain) refine();
   search.offer(toward(b.axis), axis);
   search.offer(toward(a.axis), axis);
   const Vec3 cross = a.axis.cross(b.axis);
@@ -31,10 +37,7 @@ ConvexAxis find_axis(const PlacedCylinder& a, const PlacedCylinder& b, double si
     const double length = radial.norm();
     search.offer(length > 0.0 ? Vec3(radial / length) : b.x, axis);
   }
-  if (axis.fixed || axis.apart) return axis;
-  search.refine_across(a.axis, axis);
-  search.refine_across(b.axis, axis);
-  search.refine(axis);
+  if (!axis.fixed && !axis.apart) refine();
   return axis;
 }
 
@@ -155,7 +158,7 @@ void contacts_cylinder_cylinder(const Cylinder& shape_a, const Placement& at_a,
     ManifoldPoint p;
     p.normal = n;
     p.separation = axis.separation;
-    if (axis.apart) {
+    if (axis.certain && !axis.fixed) {
       p.point_a = axis.on_a;
       p.point_b = axis.on_b;
     } else if (part_a == Part::RIM) {

@@ -32,6 +32,12 @@ ConvexAxis find_axis(const PlacedCylinder& a, const Polytope& b, double size, do
   const HullData& hull = b.topology();
   const Vec3 first = axis.normal;
   const int vertex = b.farthest(first);
+  const auto refine = [&] {
+    for_each_edge_from(b, vertex, [&](int, const Vec3& edge) { search.refine_across(edge, axis); });
+    search.refine_across(a.axis, axis);
+    search.refine(axis);
+  };
+  if (axis.apart && !axis.certain) refine();
   if (b.face_count() <= few_faces) {
     for (int f = 0; f < b.face_count(); ++f) search.offer(b.normal(f), axis);
   } else {
@@ -46,10 +52,7 @@ ConvexAxis find_axis(const PlacedCylinder& a, const Polytope& b, double size, do
     if (length <= tolerance::parallel_edges * edge.norm()) return;
     search.offer(cross.dot(first) >= 0.0 ? Vec3(cross / length) : Vec3(-cross / length), axis);
   });
-  if (axis.fixed || axis.apart) return axis;
-  for_each_edge_from(b, vertex, [&](int, const Vec3& edge) { search.refine_across(edge, axis); });
-  search.refine_across(a.axis, axis);
-  search.refine(axis);
+  if (!axis.fixed && !axis.apart) refine();
   return axis;
 }
 
@@ -141,7 +144,7 @@ void contacts(const Cylinder& shape, const Placement& at, const Polytope& b, dou
     ManifoldPoint p;
     p.normal = n;
     p.separation = axis.separation;
-    if (axis.apart) {
+    if (axis.certain && !axis.fixed) {
       p.point_a = axis.on_a;
       p.point_b = axis.on_b;
     } else {

@@ -111,7 +111,7 @@ void nearest_contact(const Polytope& a, const Polytope& b, const ConvexAxis& nea
   p.point_a = nearest.on_a;
   p.point_b = nearest.on_b;
   p.normal = nearest.normal;
-  p.separation = nearest.separation;
+  p.separation = nearest.normal.dot(nearest.on_a - nearest.on_b);
   p.feature_a = facing_feature(a, -nearest.normal);
   p.feature_b = facing_feature(b, nearest.normal);
   p.kind = ContactKind::VERTEX_FACE;

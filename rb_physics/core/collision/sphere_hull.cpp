@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -15,9 +16,9 @@ void contacts_ball_hull(const Ball& a, const Placement& at_a, const ConvexHull& 
   const Vec3 center = at_b.apply_inverse(at_a.position);
   polytope.place(b, Placement{});
   const auto point = [&](const Vec3&) { return SupportPoint{center, 0}; };
-  const double close = tolerance::closest_direction * hull.size;
+  const double close = 1e-9 * hull.size;  // nearer, only the faces give a direction
   const GjkResult nearest =
-      gjk(point, polytope, Vec3(center - hull.center), margin + a.radius, 0.01 * close);
+      gjk(point, polytope, Vec3(center - hull.center), margin + a.radius, close);
   if (nearest.status == GjkStatus::BEYOND) return;
   const bool apart = nearest.status != GjkStatus::OVERLAP && nearest.distance > close;
   // The face plane the centre is highest above; the lowest index decides a tie.
@@ -39,7 +40,9 @@ void contacts_ball_hull(const Ball& a, const Placement& at_a, const ConvexHull& 
   Vec3 on_hull = center - height * normal;
   ManifoldPoint p;
   p.feature_b = make_feature(FeatureType::FACE, face);
-  if (apart && nearest.distance > height + tolerance::coincident * hull.size) {
+  const double tolerance =
+      tolerance::coincident * std::min(a.radius, hull.size) + 1e-12 * hull.size;
+  if (apart && nearest.distance > height + tolerance) {
     height = nearest.distance;
     normal = nearest.toward_a / height;
     on_hull = nearest.simplex.nearest_on_b();
