@@ -8,6 +8,7 @@ import os
 import shlex
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 from setuptools import find_packages, setup
@@ -74,6 +75,9 @@ class BuildCore(build_ext):
 
     def finalize_options(self) -> None:
         super().finalize_options()
+        if self.build_temp.endswith(".build-temp"):  # of `pip install -e`, thrown away afterwards
+            tag = f"{sysconfig.get_platform()}-{sys.implementation.cache_tag}"
+            self.build_temp = f"build/temp.{tag}"
         self.build_temp += "-sanitize" if SANITIZE else "-werror" if WERROR else ""
 
 
