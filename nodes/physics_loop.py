@@ -14,6 +14,7 @@ from .pacer import Pacer
 from .wrench_inputs import Perform
 
 IDLE = 0.05  # s of wall time between looks at the inbox while nothing moves
+INTERRUPTING = ("pause", "reset", "reset_state")  # orders that end a ~/step in progress
 LONGEST_CHUNK = 1000  # steps made in one go at most, so that orders are answered soon
 
 
@@ -88,8 +89,7 @@ class PhysicsLoop:
             self.error = error
         finally:
             self.commands.close()
-            if self._ordered is not None:
-                self._ordered.finish(False, "the simulator is shutting down")
+            self._end_ordered(False, "the simulator is shutting down")
             self.finished.set()
 
     def stop(self) -> None:
@@ -150,29 +150,32 @@ class PhysicsLoop:
             inputs.lockstep.next_step()
         self._sender.stepped(world)
         if self._ordered is not None and self.step >= self._ordered_until:
-            command, self._ordered = self._ordered, None
-            self._pacer.restart(self.step)
-            command.finish(True, f"at step {self.step}, time {world.time:.9g} s")
+            self._end_ordered(True, f"at step {self.step}, time {world.time:.9g} s")
 
     def _diverged(self, error: DivergedError) -> None:
         self.paused = True
         self._log(f"{error}; the simulation is paused at its last good state, ~/reset starts anew")
-        if self._ordered is not None:
-            command, self._ordered = self._ordered, None
-            command.finish(False, str(error))
+        self._end_ordered(False, str(error))
 
     def _serve(self) -> None:
-        if self._ordered is not None:
-            return
         while (command := self.commands.take()) is not None:
             if command.name == "step":
                 self._order_steps(command, *command.arguments)
-                if self._ordered is not None:
-                    return
-            else:
-                command.finish(*getattr(self, f"_do_{command.name}")(*command.arguments))
+                continue
+            if command.name in INTERRUPTING:
+                self._end_ordered(False, f"ended by ~/{command.name} at step {self.step}")
+            command.finish(*getattr(self, f"_do_{command.name}")(*command.arguments))
+
+    def _end_ordered(self, success: bool, message: str) -> None:
+        command, self._ordered = self._ordered, None
+        if command is not None:
+            self._pacer.restart(self.step)
+            command.finish(success, message)
 
     def _order_steps(self, command: Command, count: int) -> None:
+        if self._ordered is not None:
+            command.finish(False, "another ~/step is in progress")
+            return
         if not self.paused and self._inputs.lockstep is None:
             command.finish(False, "~/step works while paused or in lockstep: call ~/pause first")
             return
@@ -211,6 +214,13 @@ class PhysicsLoop:
             return True, self._save(self.world)
         except (OSError, ValueError) as error:
             return False, str(error)
+
+    def _do_call(self, action: Callable[[], None]) -> Answer:
+        try:
+            action()
+        except ValueError as error:
+            return False, str(error)
+        return True, ""
 
     def _do_set(self, setter: Callable[[Any], None], value: Any) -> Answer:
         setter(value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
@@ -23,12 +24,14 @@ class Services:
     def __init__(self, node: Node, commands: CommandQueue) -> None:
         self._node = node
         self._commands = commands
+        # Reentrant, so that a long ~/step does not keep ~/pause waiting.
+        group = ReentrantCallbackGroup()
+        calls = {"step": (Trigger, self._step), "pause": (SetBool, self._pause)}
+        calls |= {name: (Trigger, self._trigger(name)) for name in TRIGGERS}
         self._services = [
-            node.create_service(SetBool, "~/pause", self._pause),
-            node.create_service(Trigger, "~/step", self._step),
+            node.create_service(kind, f"~/{name}", call, callback_group=group)
+            for name, (kind, call) in calls.items()
         ]
-        for name in TRIGGERS:
-            self._services.append(node.create_service(Trigger, f"~/{name}", self._trigger(name)))
 
     def _pause(self, request: Any, response: Any) -> Any:
         response.success, response.message = self._commands.ask("pause", request.data)

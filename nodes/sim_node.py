@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from .start import StartError, import_rclpy, one_line
 
 NAME = "sim_node"
+CALLS_AT_ONCE = 3  # service calls answered side by side; a long ~/step takes one of them
 SWITCH_INTERVAL = 1e-4  # s; Python's 5 ms would make the physics thread miss its deadlines
 
 
@@ -28,7 +29,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     rclpy = import_rclpy()
-    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+    from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
     try:
@@ -46,7 +47,7 @@ def _run(arguments: Sequence[str] | None) -> int:
 
     sys.setswitchinterval(SWITCH_INTERVAL)
     gc.freeze()  # what lives as long as the node need not be looked at by the collector
-    executor = SingleThreadedExecutor()
+    executor = MultiThreadedExecutor(num_threads=CALLS_AT_ONCE)
     executor.add_node(node)
 
     broken: list[BaseException] = []

@@ -22,6 +22,7 @@ from .pacer import Pacer
 from .physics_loop import PhysicsLoop
 from .publishing import Publishing
 from .services import Services
+from .simulation_interfaces import SimulationInterfaces, load_messages
 from .subscribing import Subscribing
 
 
@@ -104,6 +105,9 @@ class Simulator:
         )
         self._subscribing = Subscribing(self._node, self.inputs, self.loop.commands)
         self._services = Services(self._node, self.loop.commands)
+        messages = load_messages()
+        if messages is not None:
+            SimulationInterfaces(self.loop, self.publishing.perform, *messages).offer(self._node)
         self._thread = threading.Thread(target=self.loop.run, name="physics")
 
     def start(self) -> None:

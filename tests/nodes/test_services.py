@@ -39,6 +39,26 @@ def test_step_is_refused_while_running_and_pause_stops_time(simulator):
     wait_for(lambda: clock and seconds(clock[-1].clock) > before + 0.05, "time to go on")
 
 
+def test_pause_and_reset_end_a_long_step(simulator):
+    sim = simulator(start_paused=True, step_count=10**9)
+    client = sim.client.node.create_client(Trigger, "/sim_node/step")
+    wait_for(client.service_is_ready, "the service")
+    clock = sim.client.collect(Clock, "/clock")
+    for order, service, request in (
+        ("pause", SetBool, SetBool.Request(data=True)),
+        ("reset", Trigger, Trigger.Request()),
+    ):
+        seen = len(clock)
+        stepping = client.call_async(Trigger.Request())
+        wait_for(lambda seen=seen: len(clock) > seen + 3, "steps to be made")
+        second = sim.client.call(Trigger, "/sim_node/step")
+        assert (second.success, second.message) == (False, "another ~/step is in progress")
+        assert sim.client.call(service, f"/sim_node/{order}", request).success
+        wait_for(stepping.done, "the answer of ~/step")
+        assert not stepping.result().success
+        assert stepping.result().message.startswith(f"ended by ~/{order} at step")
+
+
 def test_reset_takes_time_and_state_back(simulator):
     sim = simulator()
     clock = sim.client.collect(Clock, "/clock")
