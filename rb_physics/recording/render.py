@@ -128,9 +128,17 @@ def _middle(rrd: Path) -> float:
 
 
 def _viewer_command() -> list[str]:
-    """The viewer that came with rerun-sdk; else the one in PATH."""
-    beside = Path(sys.executable).with_name("rerun")
-    return [str(beside)] if beside.is_file() else [sys.executable, "-m", "rerun"]
+    """The viewer that came with rerun-sdk; else the one in PATH.
+
+    The program itself: ending the Python script in front of it would leave it running.
+    """
+    with contextlib.suppress(ImportError):
+        import rerun_cli
+
+        program = Path(rerun_cli.__file__).with_name("rerun")
+        if program.is_file():
+            return [str(program)]
+    return [sys.executable, "-m", "rerun"]
 
 
 def _free_port() -> int:
