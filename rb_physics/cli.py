@@ -120,14 +120,21 @@ def info(recording: Path) -> None:
     metavar="SECONDS",
     help="Simulated time the picture shows; default is the middle.",
 )
-def view(recording: Path, png: Path | None, moment: float | None) -> None:
+@click.option(
+    "--layout",
+    type=click.Choice(["overview", "contact", "debug"]),
+    default="overview",
+    show_default=True,
+    help="How the views are arranged.",
+)
+def view(recording: Path, png: Path | None, moment: float | None, layout: str) -> None:
     """Open RECORDING, the folder of a run, in Rerun."""
     from .recording.render import open_viewer, render_png
 
     if png is None:
-        open_viewer(recording)
+        open_viewer(recording, layout)
         return
-    for problem in render_png(recording, png, time=moment):
+    for problem in render_png(recording, png, time=moment, layout=layout):
         click.echo(f"Rerun reports: {problem}", err=True)
     click.echo(f"rendered {png}")
 

@@ -16,11 +16,14 @@ from .log_reader import Recording
 from .mcap_log import RecordingError
 from .rerun_log import RerunLog, contents_of, require
 
-_SETTLE = 6.0  # s the viewer gets to draw after time was set, and to hide its greeting
+_SETTLE = 7.0  # s the viewer gets to draw after time was set, and to hide its greeting
 
 
-def write_rrd(recording: str | Path, path: str | Path) -> Path:
-    """Makes the .rrd of a bag, by the code that writes it during a run. Raises RecordingError."""
+def write_rrd(recording: str | Path, path: str | Path, layout: str = "overview") -> Path:
+    """Makes the .rrd of a bag, by the code that writes it during a run.
+
+    `layout`: overview, contact or debug. Raises RecordingError.
+    """
     log = Recording(recording)
     notes = log.custom_data
     attachments = log.attachments()
@@ -29,7 +32,7 @@ def write_rrd(recording: str | Path, path: str | Path) -> Path:
     contents = contents_of(attachments["topics.json"], "/" + notes["node_name"].strip("/") + "/")
     gravity = json.loads(notes["settings"])["gravity"]
     strength = sum(g * g for g in gravity) ** 0.5
-    view = RerunLog(Path(path), strength)
+    view = RerunLog(Path(path), strength, layout=layout)
     for message in log.messages(set(contents)):
         content, body = contents[message.topic]
         view.feed(content, body, message.log_time, message.data)
@@ -37,22 +40,22 @@ def write_rrd(recording: str | Path, path: str | Path) -> Path:
     return Path(path)
 
 
-def rrd_of(recording: str | Path, folder: Path) -> Path:
+def rrd_of(recording: str | Path, folder: Path, layout: str = "overview") -> Path:
     """The .rrd to show: a given .rrd file, the one beside the bag, or a new one in `folder`."""
     recording = Path(recording)
     if recording.suffix == ".rrd" and recording.is_file():
         return recording
     beside = recording / f"{recording.name}.rrd"
-    if beside.is_file():
+    if beside.is_file() and layout == "overview":
         return beside
-    return write_rrd(recording, folder / f"{recording.resolve().name}.rrd")
+    return write_rrd(recording, folder / f"{recording.resolve().name}.rrd", layout)
 
 
-def open_viewer(recording: str | Path) -> None:
+def open_viewer(recording: str | Path, layout: str = "overview") -> None:
     """Opens the Rerun viewer and waits until it is closed."""
     require()
     with tempfile.TemporaryDirectory() as folder:
-        rrd = rrd_of(recording, Path(folder))
+        rrd = rrd_of(recording, Path(folder), layout)
         done = subprocess.run([*_viewer_command(), "--bind", "127.0.0.1", str(rrd)], check=False)
     if done.returncode != 0:
         raise RecordingError(
@@ -61,7 +64,11 @@ def open_viewer(recording: str | Path) -> None:
 
 
 def render_png(
-    recording: str | Path, png: str | Path, time: float | None = None, timeout: float = 60.0
+    recording: str | Path,
+    png: str | Path,
+    time: float | None = None,
+    timeout: float = 60.0,
+    layout: str = "overview",
 ) -> list[str]:
     """Renders the view at `time` (s; None: the middle) into a new file; needs a Vulkan driver.
 
@@ -74,7 +81,7 @@ def render_png(
     if not png.parent.is_dir():
         raise RecordingError(f"{png.parent} is not a folder")
     with tempfile.TemporaryDirectory() as folder:
-        return _render(rrd_of(recording, Path(folder)), png, time, timeout)
+        return _render(rrd_of(recording, Path(folder), layout), png, time, timeout)
 
 
 def _render(rrd: Path, png: Path, time: float | None, timeout: float) -> list[str]:

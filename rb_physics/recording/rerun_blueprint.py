@@ -11,37 +11,64 @@ from numpy.typing import NDArray
 from .geometry import BodyDescription
 from .palette import typical_radius
 
+BLUEPRINTS = ("overview", "contact", "debug")
+_TRAIL = 1.0  # s of trajectory behind each body
 
-def overview(bodies: Sequence[BodyDescription], poses: NDArray, plotted: Sequence[str]) -> Any:
-    """The scene at the left; energy, contact forces, solver and log at the right."""
+
+def blueprint(name: str, bodies: Sequence[BodyDescription], poses: NDArray) -> Any:
+    """overview: scene, energy, forces. contact: the scene large, forces and log. debug: all plots."""
     import rerun.blueprint as rrb
 
-    legend = rrb.PlotLegend(corner=rrb.Corner2D.RightTop)
     scene = rrb.Spatial3DView(
         origin="/world",
         name="scene",
         eye_controls=_eye(bodies, poses),
         line_grid=rrb.LineGrid3D(visible=False),
         background=(248, 249, 251, 255),
+        overrides={"/world/trajectories": _trail()},
     )
-    plots = rrb.Vertical(
-        rrb.TimeSeriesView(origin="/plots/energy", name="energy [J]", plot_legend=legend),
-        rrb.TimeSeriesView(
-            origin="/plots/contact_force", name="contact force on each body [N]", plot_legend=legend
-        ),
-        rrb.Tabs(
-            rrb.TimeSeriesView(origin="/plots/solver", name="solver", plot_legend=legend),
-            rrb.TextLogView(origin="/log", name="log"),
-        ),
-        row_shares=[1, 1, 0.8],
-    )
+    energy, forces = _plot("energy", "energy [J]"), _plot("contact_force", "contact force [N]")
+    solver = _plot("solver", "solver")
+    log = rrb.TextLogView(origin="/log", name="log")
+    content: Any
+    if name == "overview":
+        plots = rrb.Vertical(energy, forces, rrb.Tabs(solver, log), row_shares=[1, 1, 0.8])
+        content = rrb.Horizontal(scene, plots, column_shares=[3, 2])
+    elif name == "contact":
+        below = rrb.Horizontal(forces, _plot("contacts", "contact points"), log)
+        content = rrb.Vertical(scene, below, row_shares=[5, 2])
+    elif name == "debug":
+        grid = rrb.Grid(
+            energy, forces, _plot("momentum", "momentum"), solver,
+            _plot("contacts", "contact points"), log, grid_columns=2,
+        )  # fmt: skip
+        content = rrb.Horizontal(scene, grid, column_shares=[2, 3])
+    else:
+        raise ValueError(f"blueprint {name!r} is not one of {', '.join(BLUEPRINTS)}")
     return rrb.Blueprint(
-        rrb.Horizontal(scene, plots, column_shares=[3, 2]),
+        content,
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
         rrb.TimePanel(state="collapsed"),
         auto_views=False,
         auto_layout=False,
+    )
+
+
+def _plot(entity: str, name: str) -> Any:
+    import rerun.blueprint as rrb
+
+    legend = rrb.PlotLegend(corner=rrb.Corner2D.RightTop)
+    return rrb.TimeSeriesView(origin=f"/plots/{entity}", name=name, plot_legend=legend)
+
+
+def _trail() -> Any:
+    import rerun.blueprint as rrb
+
+    return rrb.VisibleTimeRanges(
+        timeline="sim_time",
+        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-_TRAIL),
+        end=rrb.TimeRangeBoundary.cursor_relative(),
     )
 
 

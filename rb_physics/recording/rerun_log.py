@@ -22,10 +22,10 @@ from .mcap_log import RecordingError
 from .message_queue import Entry, MessageQueue
 from .operations import from_json as operation_from_json
 from .outputs import TOTALS
-from .palette import APPLIED, FORCE, body_colors, force_scale, typical_radius
+from .palette import APPLIED, FORCE, KINEMATIC, body_colors, force_scale, typical_radius
 from .quaternions import rotate, rotate_inverse
-from .rerun_blueprint import overview
-from .rerun_shapes import ShapeEntities
+from .rerun_blueprint import BLUEPRINTS, blueprint
+from .rerun_shapes import NAMED_BODIES, ShapeEntities
 
 _BATCH = 25  # samples sent at once
 _MAX_RATE = 100.0  # Hz; more is thinned out in the view, never in the bag
@@ -75,9 +75,17 @@ class _Columns:
 class RerunLog:
     """Writes one .rrd (and to a viewer when `live`)."""
 
-    def __init__(self, path: Path | None, gravity: float, live: bool = False) -> None:
-        """`path` must not exist; None: live only. Raises RecordingError."""
+    def __init__(
+        self, path: Path | None, gravity: float, live: bool = False, layout: str = "overview"
+    ) -> None:
+        """`path` must not exist; None: live only. `layout`: one of BLUEPRINTS.
+
+        Raises RecordingError.
+        """
         rr = require()
+        if layout not in BLUEPRINTS:
+            raise RecordingError(f"layout {layout!r} is not one of {', '.join(BLUEPRINTS)}")
+        self._layout = layout
         if path is not None and path.exists():
             raise RecordingError(f"{path} exists already and is never overwritten")
         self._rr, self._gravity = rr, gravity
@@ -98,7 +106,8 @@ class RerunLog:
         self._poses = np.empty((0, 7))
         self._applied: dict[tuple[str, int], tuple[NDArray, NDArray, bool, float]] = {}
         self._last: dict[tuple[str, str | None], int] = {}  # time of the last sample
-        self._forces: dict[str, float] = {}
+        self._forces: dict[str, float] = {}  # N, of bodies since the last sample of contacts
+        self._touch_time = 0  # ns, of that sample
         self._has_blueprint = False
 
     def feed(self, content: str, body: str | None, time_ns: int, data: bytes) -> None:
@@ -133,6 +142,9 @@ class RerunLog:
         self._scale = force_scale(self._bodies, self._gravity)
         self._row_of = {b.name: row for row, b in enumerate(self._bodies)}
         self._plotted = [b.name for b in self._bodies if b.type == "dynamic"][:_PLOTTED_BODIES]
+        moving = [row for row, b in enumerate(self._bodies) if b.type != "static"]
+        self._moving = moving if len(moving) <= NAMED_BODIES else []
+        self._touching: set[tuple[int, int]] | None = None
         self._shapes = None
         self._style()
 
@@ -144,6 +156,12 @@ class RerunLog:
             log(f"world/{name}", arrows, static=True)
         points = rr.Points3D.from_fields(colors=[FORCE], radii=[1.5 * radius])
         log("world/contact_points", points, static=True)
+        colors = [self._colors[row] for row in self._moving]
+        trail = rr.Points3D.from_fields(colors=colors or None, radii=[0.8 * radius])
+        log("world/trajectories", trail, static=True)
+        self._series("plots/contacts/points", "contact points", (118, 183, 178, 255))
+        self._series("plots/momentum/linear", "linear [kg m/s]", (78, 121, 167, 255))
+        self._series("plots/momentum/angular", "angular about the origin [kg m²/s]", KINEMATIC)
         for name, color in (("kinetic", (89, 161, 79, 255)), ("potential", (78, 121, 167, 255)),
                             ("total", (205, 205, 210, 255))):  # fmt: skip
             self._series(f"plots/energy/{name}", f"{name} [J]", color)
@@ -165,9 +183,11 @@ class RerunLog:
             self._shapes = ShapeEntities(self._rec, self._bodies, poses)
             if not self._has_blueprint:
                 self._has_blueprint = True
-                blueprint = overview(self._bodies, poses, self._plotted)
-                self._rec.send_blueprint(blueprint, make_active=True, make_default=True)
+                arrangement = blueprint(self._layout, self._bodies, poses)
+                self._rec.send_blueprint(arrangement, make_active=True, make_default=True)
         self._shapes.add(time_ns, poses)
+        if self._moving:
+            self._positions("world/trajectories", time_ns, poses[self._moving, :3])
         self._add_applied(time_ns)
 
     def _take_contacts(self, body: str | None, time_ns: int, data: bytes) -> None:
@@ -177,6 +197,27 @@ class RerunLog:
         self._positions("world/contact_points", time_ns, places)
         carrying = np.any(forces != 0, axis=1)
         self._arrows("world/contact_forces", time_ns, places[carrying], forces[carrying])
+        if len(self._bodies) <= NAMED_BODIES:
+            self._tell_touches(
+                time_ns, set(zip(points["body_a"].tolist(), points["body_b"].tolist(), strict=True))
+            )
+
+    def _tell_touches(self, time_ns: int, touching: set[tuple[int, int]]) -> None:
+        """Log lines where bodies come to touch and part, as the samples show it."""
+        before, self._touching = self._touching, touching
+        forces, self._forces = self._forces, {}
+        seconds, self._touch_time = (time_ns - self._touch_time) * 1e-9, time_ns
+        if before is None:
+            return
+        for words, pairs in (("touches", touching - before), ("leaves", before - touching)):
+            for a, b in sorted(pairs):
+                if max(a, b) < len(self._bodies):
+                    text = f"{self._bodies[a].name} {words} {self._bodies[b].name}"
+                    self._tell(time_ns, "INFO", text)
+        seen = {row for pair in touching | before for row in pair}
+        for name, force in forces.items():
+            if self._row_of.get(name) not in seen:  # touched and gone between two samples
+                self._tell(time_ns, "INFO", f"{name} bounces: impulse {force * seconds:.3g} N s")
 
     def _take_totals(self, body: str | None, time_ns: int, data: bytes) -> None:
         values = dict(
@@ -186,16 +227,25 @@ class RerunLog:
         self._scalar("plots/energy/kinetic", time_ns, kinetic)
         self._scalar("plots/energy/potential", time_ns, potential)
         self._scalar("plots/energy/total", time_ns, kinetic + potential)
+        self._scalar("plots/contacts/points", time_ns, values["contacts"])
+        for name, letter in (("linear", "p"), ("angular", "L")):
+            size = math.hypot(*(values[letter + axis] for axis in "xyz"))
+            self._scalar(f"plots/momentum/{name}", time_ns, size)
         for name, value in (("residual", "residual"), ("penetration", "max_penetration")):
             self._scalar(f"plots/solver/{name}", time_ns, math.log10(max(values[value], _FLOOR)))
 
     def _take_contact_wrench(self, body: str | None, time_ns: int, data: bytes) -> None:
+        force = float(np.linalg.norm(decoders.decode_wrench_stamped(data).values[:3]))
         if body in self._plotted:
-            force = decoders.decode_wrench_stamped(data).values[:3]
-            self._scalar(f"plots/contact_force/{body}", time_ns, float(np.linalg.norm(force)))
+            self._scalar(f"plots/contact_force/{body}", time_ns, force)
+        if body is not None and force > 0.0:
+            self._forces[body] = force
 
     def _take_events(self, body: str | None, time_ns: int, data: bytes) -> None:
         level, _, text = decoders.decode_string(data).partition(" ")
+        self._tell(time_ns, level, text)
+
+    def _tell(self, time_ns: int, level: str, text: str) -> None:
         self._rec.set_time("sim_time", duration=np.timedelta64(time_ns, "ns"))
         self._rec.log("log", self._rr.TextLog(text, level=level))
 

@@ -87,7 +87,8 @@ def test_what_is_in_it(run):
     for entity in (
         "/world/bodies/ground", "/world/bodies/box", "/world/bodies/dumbbell/part_0",
         "/world/bodies/dumbbell/part_1", "/world/contact_points", "/world/contact_forces",
-        "/world/applied_forces", "/plots/energy/total", "/plots/contact_force/ball", "/log",
+        "/world/applied_forces",
+        "/world/trajectories", "/plots/energy/total", "/plots/contact_force/ball", "/log",
     ):  # fmt: skip
         assert entity in found, f"{entity} not in {sorted(found)}"
     total = [b for b in found["/plots/energy/total"] if "sim_time" in b.schema.names]
@@ -134,10 +135,14 @@ def test_existing_files_and_foreign_bags_are_refused(run, tmp_path):
         write_rrd(tmp_path / "foreign", tmp_path / "x.rrd")
 
 
-def test_rendered_without_a_screen(run, tmp_path):
+@pytest.mark.parametrize(
+    "layout",
+    ["overview", *(pytest.param(n, marks=pytest.mark.soak) for n in ("contact", "debug"))],
+)
+def test_rendered_without_a_screen(run, tmp_path, layout):
     image = pytest.importorskip("PIL.Image")
     try:
-        reports = render_png(run, tmp_path / "run.png", time=0.2)
+        reports = render_png(run, tmp_path / "run.png", time=0.2, layout=layout)
     except RecordingError as error:
         if "Vulkan" in str(error):
             pytest.skip("no Vulkan driver on this machine")
@@ -149,3 +154,20 @@ def test_rendered_without_a_screen(run, tmp_path):
     # Force arrows are the only saturated red in the scene, the applied one the only blue.
     assert np.sum((red > 150) & (green < 60) & (blue < 60)) > 50
     assert np.sum((blue > 150) & (red < 60) & (green < 130)) > 50
+
+
+def test_unknown_layout_says_what_is_known(run, tmp_path):
+    with pytest.raises(RecordingError, match="not one of overview, contact, debug"):
+        write_rrd(run, tmp_path / "x.rrd", layout="fancy")
+
+
+def test_contacts_are_told_in_the_log(run, tmp_path):
+    batches = columns(write_rrd(run, tmp_path / "x.rrd"))["/log"]
+    lines = []
+    for batch in batches:
+        [name] = [n for n in batch.schema.names if n.endswith("text")]
+        lines += [text for cell in batch.column(name).to_pylist() for text in cell]
+    assert {"pushed", "box touches ground"} <= set(lines)
+    [bounce] = [line for line in lines if line.startswith("ball bounces")]
+    # Falling 0.25 m gives 2.215 m/s; with restitution 0.5 the impulse is 1.5 m v = 1.66 N s.
+    assert bounce == "ball bounces: impulse 1.66 N s"
