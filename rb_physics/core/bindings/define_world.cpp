@@ -141,6 +141,8 @@ void define_plain_data(py::module_& m) {
       .def_readonly("corrections", &Stats::corrections,
                     "Position corrections; they change no velocity.")
       .def_readonly("capped", &Stats::capped, "Islands that met max_work or max_events.")
+      .def_readonly("retries", &Stats::retries,
+                    "Times the step was made again for a meeting nobody looked for.")
       .def_readonly("max_penetration", &Stats::max_penetration, "m, at the end of the step.")
       .def_readonly("energy_error", &Stats::energy_error,
                     "Kinetic energy the contact solves gained, relative; 0 when none did.");

@@ -36,6 +36,7 @@ std::int32_t add_body(World& world, Body body, const Shape& shape) {
   world.applied.emplace_back();
   world.travel.push_back(0.0);
   world.reach.push_back(0.0);
+  world.extra_travel.push_back(0.0);
   if (const auto* compound = std::get_if<Compound>(&shape)) {
     std::int32_t part = 0;
     for (const CompoundPart& p : compound->data->parts)
@@ -70,6 +71,7 @@ void remove_body(World& world, std::int32_t row) {
   world.applied.erase(world.applied.begin() + row);
   world.travel.erase(world.travel.begin() + row);
   world.reach.erase(world.reach.begin() + row);
+  world.extra_travel.erase(world.extra_travel.begin() + row);
   world.geometry_dirty = true;
 }
 

@@ -25,7 +25,7 @@ double travel_of(const World& world, std::int32_t row, double slack) {
     if (!body.inertia.isotropic)
       angular = std::fmax(angular, body.inertia.inv_body.trace() * body.state.L.norm());
   }
-  return linear + h * angular * world.reach[row];
+  return linear + h * angular * world.reach[row] + world.extra_travel[row];
 }
 
 void move_proxies(World& world) {

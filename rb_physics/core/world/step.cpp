@@ -1,24 +1,51 @@
-// The step, as a table of contents. Each line is a stage with a file of its own.
+// The step, as a table of contents. Each stage has a file of its own.
 #include "world/step.hpp"
+
+#include <algorithm>
 
 #include "world/correct.hpp"
 #include "world/detect.hpp"
+#include "world/retry.hpp"
 
 namespace rb {
 
 void step(World& world) {
-  begin_step(world);  // world/wrenches.cpp   gravity, applied wrenches, kinematic targets
-  if (needs_detection(world)) {  //                      something moved from outside
-    detect_contacts(
-        world);  // world/detect.cpp     broad phase, narrow phase, feature matching (S7, S8)
+  constexpr int most_retries = 8;
+
+  // Gravity, applied wrenches, kinematic targets.                               world/wrenches.cpp
+  begin_step(world);
+
+  // Broad phase, narrow phase, feature matching (S7, S8), if something moved from outside.
+  //                                                                             world/detect.cpp
+  if (needs_detection(world)) detect_contacts(world);
+
+  for (int retry = 0;; ++retry) {
+    remember(world);
+
+    // Who may meet whom.                                                        island/island.cpp
+    build_islands(world);
+
+    // Impacts (S11-S14), rest and friction (S16), contact times, free motion (S6).
+    //                                            world/advance.cpp, world/events.cpp,
+    //                                            world/settle.cpp
+    advance_islands(world);
+    move_kinematics(world);
+
+    // The contact set at the end of the step.                                   world/detect.cpp
+    detect_contacts(world);
+
+    // A meeting nobody looked for: once more, with wider eyes.                  world/retry.cpp
+    if (retry == most_retries || !missed_a_meeting(world)) break;
+    take_back(world);
   }
-  build_islands(world);  // island/island.cpp    who may meet whom
-  advance_islands(
-      world);  // world/advance.cpp    impacts (S11-S14), rest and friction (S16), free motion (S6)
-  move_kinematics(world);    // world/kinematic.cpp
-  detect_contacts(world);    // world/detect.cpp     the contact set at the end of the step
-  correct_positions(world);  // world/correct.cpp    overlap out, energy unchanged
-  finish_step(world);        // world/report.cpp     contact states (S9), wrenches, statistics
+
+  std::fill(world.extra_travel.begin(), world.extra_travel.end(), 0.0);
+
+  // Overlap out, energy unchanged.                                              world/correct.cpp
+  correct_positions(world);
+
+  // Contact states (S9), contact wrenches, statistics.                          world/report.cpp
+  finish_step(world);
 }
 
 }  // namespace rb

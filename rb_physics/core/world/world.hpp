@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,14 @@ struct ColliderPair {
   std::int32_t b = -1;
 };
 
+// A kinematic body as it was at the start of the step.
+struct KinematicStart {
+  RigidState state;
+  Vec3 velocity;
+  Vec3 spin;
+  std::optional<Pose> target;
+};
+
 // Scratch memory of the step.
 struct StepWorkspace {
   ContactProblem problem;
@@ -59,7 +68,10 @@ struct World {
   Stats stats;
 
   std::vector<RigidState>
-      last_good;             // states at the start of the step: what a diverged step falls back to
+      last_good;  // states at the start of the step: what a diverged step falls back to
+  std::vector<double> extra_travel;  // m, per row; not zero only while a step is made again
+  std::vector<std::pair<std::int32_t, std::int32_t>> known_pairs;  // collider pairs of the step
+  std::vector<KinematicStart> kinematic_start;
   bool keep_hashes = false;  // log the state hash of every step into `hashes`
   std::vector<std::uint64_t> hashes;
 
