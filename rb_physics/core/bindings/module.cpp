@@ -7,6 +7,7 @@ namespace rb {
 void define_math(py::module_& m);
 void define_motion_queries(py::module_& m);
 void define_shapes(py::module_& m);
+void define_surfaces(py::module_& m);
 void define_queries(py::module_& m);
 void define_broad_phase(py::module_& m);
 void define_solver(py::module_& m);
@@ -18,6 +19,7 @@ PYBIND11_MODULE(_core, m) {
   m.doc() = "C++ core of rb_physics";
   rb::define_math(m);
   rb::define_shapes(m);
+  rb::define_surfaces(m);
   rb::define_queries(m);
   rb::define_broad_phase(m);
   rb::define_solver(m);

@@ -1,9 +1,13 @@
 // Walks over the pairs of convex leaves of two shapes that may be compounds.
 #pragma once
 
+#include <limits>
+#include <vector>
+
 #include "collision/canonical_order.hpp"
 #include "collision/leaf_contacts.hpp"
 #include "collision/manifold.hpp"
+#include "collision/surface_contacts.hpp"
 #include "shape/shape.hpp"
 
 namespace rb {
@@ -40,6 +44,26 @@ inline void ordered_leaf_contacts(const Leaf& a, const Leaf& b, double margin, M
   }
 }
 
+// Contacts of a convex leaf with a mesh or height field; for an infinite margin the nearest points.
+inline std::vector<Manifold> surface_manifolds(const Leaf& convex, const Leaf& surface,
+                                               double margin) {
+  std::vector<Manifold> manifolds;
+  const bool nearest_only = margin == std::numeric_limits<double>::infinity();
+  SurfaceDistance nearest{};
+  if (nearest_only) {
+    nearest = surface_distance(*convex.shape, convex.pose, *surface.shape, surface.pose);
+    margin = 0.0;
+  }
+  if (!nearest_only || nearest.distance <= 0.0) {
+    surface_contacts(*convex.shape, convex.pose, *surface.shape, surface.pose, margin, manifolds);
+  }
+  if (nearest_only && manifolds.empty()) {
+    manifolds.emplace_back();
+    manifolds.back().add(nearest.nearest);
+  }
+  return manifolds;
+}
+
 // Calls visit(manifold, origin) for every pair of leaves that has contacts with separation <=
 // margin. Points of the manifold are relative to `origin` (m, world); A and B are the caller's.
 template <class Visit>
@@ -67,15 +91,22 @@ void for_each_leaf_manifold(const Shape& a, const Pose& pose_a, const Shape& b, 
         box_2.upper.array() += margin;
         if (!box_1.overlaps(box_2)) continue;
       }
+      const auto finish = [&](Manifold& manifold) {
+        if (manifold.size() == 0) return;
+        for (int k = 0; k < manifold.size(); ++k) {
+          manifold[k].feature_a = with_part(manifold[k].feature_a, leaf_1.part);
+          manifold[k].feature_b = with_part(manifold[k].feature_b, leaf_2.part);
+        }
+        if (swap) manifold.mirror();
+        visit(manifold, origin);
+      };
+      if (is_surface(*leaf_2.shape) || is_surface(*leaf_1.shape)) {
+        for (Manifold& manifold : surface_manifolds(leaf_1, leaf_2, margin)) finish(manifold);
+        continue;
+      }
       Manifold manifold;
       ordered_leaf_contacts(leaf_1, leaf_2, margin, manifold);
-      if (manifold.size() == 0) continue;
-      for (int k = 0; k < manifold.size(); ++k) {
-        manifold[k].feature_a = with_part(manifold[k].feature_a, leaf_1.part);
-        manifold[k].feature_b = with_part(manifold[k].feature_b, leaf_2.part);
-      }
-      if (swap) manifold.mirror();
-      visit(manifold, origin);
+      finish(manifold);
     }
   }
 }

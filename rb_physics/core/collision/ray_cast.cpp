@@ -4,7 +4,9 @@
 #include <stdexcept>
 
 #include "collision/queries.hpp"
+#include "shape/height_field.hpp"
 #include "shape/hull.hpp"
+#include "shape/mesh.hpp"
 
 namespace rb {
 namespace {
@@ -141,8 +143,60 @@ struct Cast {
   MaybeHit middle(const Capsule& s) const { return (*this)(Cylinder{s.radius, s.half_length}); }
 };
 
-MaybeHit Cast::operator()(const TriangleMesh&) const { return {}; }
-MaybeHit Cast::operator()(const HeightField&) const { return {}; }
+// Where the ray crosses the triangle's plane, if that is in the triangle. A little room at the
+// edges: a ray must not slip through the seam of two triangles.
+void cross(const SurfaceTriangle& t, const Vec3& o, const Vec3& d, MaybeHit& best) {
+  const double speed = t.normal.dot(d);
+  if (speed == 0.0) return;
+  const double distance = t.normal.dot(t.corner[0] - o) / speed;
+  if (!(distance >= 0.0) || (best && distance >= best->distance)) return;
+  const Vec3 p = o + distance * d;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 e = t.corner[(k + 1) % 3] - t.corner[k];
+    if (e.cross(t.normal).dot(p - t.corner[k]) > 1e-12 * e.squaredNorm()) return;
+  }
+  best = Hit{distance, t.normal};
+}
+
+MaybeHit Cast::operator()(const TriangleMesh& s) const {
+  MaybeHit best;
+  s.data->bvh.walk(
+      [&](const Aabb& box) { return ray_meets(box, o, d, best ? best->distance : infinity); },
+      [&](std::int32_t i) { cross(s.data->triangle(i), o, d, best); });
+  return best;
+}
+
+MaybeHit Cast::operator()(const HeightField& s) const {
+  const HeightData& field = *s.data;
+  MaybeHit best;
+  const Aabb all = field.bounds();
+  if (!ray_meets(all, o, d, infinity)) return best;
+  Interval inside;
+  for (int k = 0; k < 3; ++k) {
+    inside.clip_plane(Vec3::Unit(k), all.upper[k], o, d);
+    inside.clip_plane(-Vec3::Unit(k), -all.lower[k], o, d);
+  }
+  // Strip by strip along x: the ray's part in the strip, boxed.
+  const double start = std::max(inside.enter, 0.0), end = std::max(inside.leave, start);
+  const double pad = 1e-9 * field.size;
+  for (int i = 0; i + 1 < field.rows; ++i) {
+    const double x0 = i * field.spacing.x(), x1 = x0 + field.spacing.x();
+    double enter = start, leave = end;
+    if (d.x() != 0.0) {
+      const double t0 = (x0 - o.x()) / d.x(), t1 = (x1 - o.x()) / d.x();
+      enter = std::max(start, std::min(t0, t1));
+      leave = std::min(end, std::max(t0, t1));
+    } else if (o.x() < x0 - pad || o.x() > x1 + pad) {
+      continue;
+    }
+    if (enter > leave + pad || (best && enter > best->distance)) continue;
+    const Vec3 p = o + enter * d, q = o + std::max(enter, leave) * d;
+    Aabb strip{p.cwiseMin(q).array() - pad, p.cwiseMax(q).array() + pad};
+    strip.lower.x() = strip.upper.x() = 0.5 * (x0 + x1);
+    field.for_each_triangle(strip, [&](std::int32_t t) { cross(field.triangle(t), o, d, best); });
+  }
+  return best;
+}
 
 }  // namespace
 

@@ -55,4 +55,21 @@ class PartSweep final : public Sweep {
   Pose local_;
 };
 
+// The rest of another sweep: time 0 here is time `start` there.
+class LaterSweep final : public Sweep {
+ public:
+  LaterSweep(const Sweep& whole, double start) : whole_(whole), start_(start) {}
+
+  Pose at(double t) const override { return whole_.at(start_ + t); }
+  Vec3 center(double t) const override { return whole_.center(start_ + t); }
+  double max_angular_speed() const override { return whole_.max_angular_speed(); }
+  double max_linear_speed(double t) const override { return whole_.max_linear_speed(start_ + t); }
+  double max_angular_acceleration() const override { return whole_.max_angular_acceleration(); }
+  double max_linear_acceleration() const override { return whole_.max_linear_acceleration(); }
+
+ private:
+  const Sweep& whole_;
+  double start_;  // s
+};
+
 }  // namespace rb

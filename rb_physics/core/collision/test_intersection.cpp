@@ -5,6 +5,10 @@
 namespace rb {
 
 bool test_intersection(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  if (is_surface(b) && !is_surface(a) && !std::holds_alternative<Compound>(a)) {
+    return meets_surface(a, pose_a, b, pose_b);
+  }
+  if (is_surface(a)) return test_intersection(b, pose_b, a, pose_a);
   bool touching = false;
   for_each_leaf_manifold(a, pose_a, b, pose_b, 0.0, [&](const Manifold& manifold, const Vec3&) {
     touching = touching || manifold.least_separation(0) <= 0.0;

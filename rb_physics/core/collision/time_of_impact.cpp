@@ -18,6 +18,7 @@
 
 #include "collision/extent.hpp"
 #include "collision/queries.hpp"
+#include "collision/surface_contacts.hpp"
 #include "collision/sweep.hpp"
 #include "shape/compound.hpp"
 
@@ -303,6 +304,8 @@ ImpactSearch find_time_of_impact(const Shape& a, const Sweep& motion_a, const Sh
   if (std::holds_alternative<Compound>(b)) {
     return find_time_of_impact(b, motion_b, a, motion_a, t_max);
   }
+  if (is_surface(b)) return surface_time_of_impact(a, motion_a, b, motion_b, t_max);
+  if (is_surface(a)) return surface_time_of_impact(b, motion_b, a, motion_a, t_max);
   const ConvexPair pair(a, motion_a, b, motion_b, t_max);
   return Search(pair).run();
 }

@@ -4,7 +4,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "shape/height_field.hpp"
 #include "shape/hull.hpp"
+#include "shape/mesh.hpp"
 #include "shape/shape.hpp"
 
 namespace rb {
@@ -50,11 +52,21 @@ struct BoundingBox {
     }
     return {pose.position + lower, pose.position + upper};
   }
-  Aabb operator()(const TriangleMesh&) const {
-    throw std::invalid_argument("bounding_box: triangle meshes are not available");
+  Aabb operator()(const TriangleMesh& s) const {
+    const Mat3 rotation = pose.orientation.toRotationMatrix();
+    Vec3 lower = Vec3::Constant(infinity), upper = Vec3::Constant(-infinity);
+    for (const Vec3& vertex : s.data->vertices) {
+      const Vec3 p = rotation * vertex;
+      lower = lower.cwiseMin(p);
+      upper = upper.cwiseMax(p);
+    }
+    return {pose.position + lower, pose.position + upper};
   }
-  Aabb operator()(const HeightField&) const {
-    throw std::invalid_argument("bounding_box: height fields are not available");
+  Aabb operator()(const HeightField& s) const {
+    const Aabb box = s.data->bounds();
+    const Mat3 rotation = pose.orientation.toRotationMatrix();
+    return around(pose.apply(0.5 * (box.lower + box.upper)),
+                  rotation.cwiseAbs() * (0.5 * (box.upper - box.lower)));
   }
   Aabb operator()(const Compound& s) const {
     Aabb box{Vec3::Constant(infinity), Vec3::Constant(-infinity)};
@@ -90,11 +102,17 @@ struct BoundingRadius {
     }
     return std::sqrt(radius_sq);
   }
-  double operator()(const TriangleMesh&) const {
-    throw std::invalid_argument("bounding_radius: triangle meshes are not available");
+  double operator()(const TriangleMesh& s) const {
+    double radius_sq = 0.0;
+    for (const Vec3& vertex : s.data->vertices) {
+      radius_sq = std::max(radius_sq, (vertex - center).squaredNorm());
+    }
+    return std::sqrt(radius_sq);
   }
-  double operator()(const HeightField&) const {
-    throw std::invalid_argument("bounding_radius: height fields are not available");
+  double operator()(const HeightField& s) const {
+    const Aabb box = s.data->bounds();
+    return (0.5 * (box.upper - box.lower) + (0.5 * (box.lower + box.upper) - center).cwiseAbs())
+        .norm();
   }
   double operator()(const Compound& s) const {
     double radius = 0.0;

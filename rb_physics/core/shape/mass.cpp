@@ -4,6 +4,7 @@
 #include <string>
 
 #include "shape/hull.hpp"
+#include "shape/mesh.hpp"
 #include "shape/shape.hpp"
 
 namespace rb {
@@ -24,7 +25,10 @@ MassProperties without_volume(const char* name) {
 struct UnitDensityMass {
   MassProperties operator()(const Particle&) const { return without_volume("particle"); }
   MassProperties operator()(const HalfSpace&) const { return without_volume("half_space"); }
-  MassProperties operator()(const TriangleMesh&) const { return without_volume("triangle_mesh"); }
+  MassProperties operator()(const TriangleMesh& s) const {
+    return s.data->closed && s.data->volume > 0.0 ? s.data->mass
+                                                  : without_volume("triangle_mesh (it is open)");
+  }
   MassProperties operator()(const HeightField&) const { return without_volume("height_field"); }
 
   MassProperties operator()(const Sphere& s) const {

@@ -107,8 +107,8 @@ void join_edges(MeshData& mesh) {
   mesh.edges.assign(mesh.triangles.size(),
                     {EdgeType::BOUNDARY, EdgeType::BOUNDARY, EdgeType::BOUNDARY});
   mesh.closed = true;
+  mesh.at_boundary.assign(mesh.vertices.size(), false);
   std::vector<std::pair<std::int32_t, std::int32_t>> links;
-  mesh.corner_owner.assign(mesh.vertices.size(), -1);
   for (std::size_t i = 0, end; i < half_edges.size(); i = end) {
     const HalfEdge& a = half_edges[i];
     end = i + 1;
@@ -138,9 +138,7 @@ void join_edges(MeshData& mesh) {
       mesh.edges[a.triangle][a.edge] = mesh.edges[b.triangle][b.edge] = type;
     } else {
       mesh.closed = false;
-    }
-    if (type == EdgeType::CONVEX || type == EdgeType::BOUNDARY) {
-      for (const std::int32_t v : {a.low, a.high}) mesh.corner_owner[v] = 0;  // found below
+      mesh.at_boundary[a.low] = mesh.at_boundary[a.high] = true;
     }
   }
   std::sort(links.begin(), links.end());
@@ -151,11 +149,6 @@ void join_edges(MeshData& mesh) {
   }
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     mesh.ring_first[v + 1] += mesh.ring_first[v];
-  for (std::size_t t = mesh.triangles.size(); t-- > 0;) {
-    for (const std::int32_t v : mesh.triangles[t]) {
-      if (mesh.corner_owner[v] >= 0) mesh.corner_owner[v] = static_cast<std::int32_t>(t);
-    }
-  }
 }
 
 }  // namespace
@@ -204,12 +197,10 @@ SurfaceTriangle MeshData::triangle(std::int32_t index) const {
     t.corner[k] = vertices[corners[k]];
     t.edge[k] = edges[index][k];
     t.neighbor_normal[k] = neighbor >= 0 ? normals[neighbor] : normals[index];
-    t.owns_edge[k] = neighbor < 0 || index < neighbor;
-    t.owns_corner[k] = corner_owner[corners[k]] == index;
     t.corner_id[k] = corners[k];
     // Named after the triangle that owns it.
     std::int32_t owner = index, slot = k;
-    if (!t.owns_edge[k]) {
+    if (neighbor >= 0 && neighbor < index) {
       owner = neighbor;
       for (slot = 0; neighbors[neighbor][slot] != index; ++slot) {
       }
@@ -220,11 +211,14 @@ SurfaceTriangle MeshData::triangle(std::int32_t index) const {
 }
 
 bool MeshData::vertex_admits(std::int32_t vertex, const Vec3& normal) const {
+  bool sharp = at_boundary[vertex];
   for (std::int32_t i = ring_first[vertex]; i < ring_first[vertex + 1]; ++i) {
     const Vec3 along = vertices[ring[i]] - vertices[vertex];
-    if (normal.dot(along) > flat_angle * along.norm()) return false;
+    const double rise = normal.dot(along), flat = flat_angle * along.norm();
+    if (rise > flat) return false;
+    sharp = sharp || rise < -flat;
   }
-  return true;
+  return sharp;
 }
 
 }  // namespace rb

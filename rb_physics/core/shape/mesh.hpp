@@ -22,8 +22,7 @@ struct MeshData {
   std::vector<std::array<EdgeType, 3>> edges;          // per triangle and edge
   std::vector<std::int32_t> ring_first;                // size vertices + 1, index into ring
   std::vector<std::int32_t> ring;                      // vertices joined to a vertex, ascending
-  std::vector<std::int32_t>
-      corner_owner;  // per vertex: lowest triangle at it, -1 without a convex edge
+  std::vector<bool> at_boundary;  // per vertex
   Bvh bvh;
   bool closed = false;  // every edge has two triangles
   double volume = 0.0;  // m^3, signed; for a closed mesh
@@ -31,7 +30,8 @@ struct MeshData {
   double size = 0.0;    // m, half the diagonal of the bounding box
 
   SurfaceTriangle triangle(std::int32_t index) const;
-  // Is a normal at this vertex one a body could touch it with: no surface edge leads up along it?
+  // Could a body touch this vertex with that normal: no edge leads up along it, and one leads down
+  // or the surface ends here? On flat ground the faces do it.
   bool vertex_admits(std::int32_t vertex, const Vec3& normal) const;
   template <class Visit>
   void for_each_triangle(const Aabb& box, Visit&& visit) const {

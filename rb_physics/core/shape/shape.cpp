@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "shape/height_field.hpp"
 #include "shape/hull.hpp"
+#include "shape/mesh.hpp"
 
 namespace rb {
 
@@ -25,8 +27,8 @@ struct CharacteristicSize {
   double operator()(const Cylinder& s) const { return std::max(s.radius, s.half_length); }
   double operator()(const HalfSpace&) const { return 1.0; }
   double operator()(const ConvexHull& s) const { return s.data->size; }
-  double operator()(const TriangleMesh&) const { return 1.0; }
-  double operator()(const HeightField&) const { return 1.0; }
+  double operator()(const TriangleMesh& s) const { return s.data->size; }
+  double operator()(const HeightField& s) const { return s.data->size; }
   double operator()(const Compound& s) const {
     double size = 0.0;
     for (const CompoundPart& part : s.data->parts) {

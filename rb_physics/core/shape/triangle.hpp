@@ -17,10 +17,7 @@ struct SurfaceTriangle {
   Vec3 normal;                          // unit, outward
   std::array<EdgeType, 3> edge;         // edge k runs from corner k to corner k + 1
   std::array<Vec3, 3> neighbor_normal;  // beyond edge k; unused at a boundary
-  std::array<bool, 3> owns_edge;  // of two triangles at an edge, the one that reports its contacts
-  std::array<bool, 3>
-      owns_corner;           // the same for a corner; corners of no convex edge have no owner
-  std::int32_t face_id = 0;  // stable names of the features
+  std::int32_t face_id = 0;             // stable names of the features
   std::array<std::int32_t, 3> edge_id{};
   std::array<std::int32_t, 3> corner_id{};
 };
@@ -28,10 +25,12 @@ struct SurfaceTriangle {
 // Dihedral angles (rad) below this count as flat: rounding of the vertices must not make bumps.
 inline constexpr double flat_angle = 1e-6;
 
-// Type of the edge from p (direction `along`) between faces of unit normals n and m, where `beyond`
-// is the neighbour's third corner.
+// Type of an edge through p between faces of unit normals n and m, where `beyond` is the third
+// corner of the face with m.
 inline EdgeType edge_type(const Vec3& n, const Vec3& m, const Vec3& p, const Vec3& beyond) {
-  if (n.cross(m).squaredNorm() < flat_angle * flat_angle && n.dot(m) > 0.0) return EdgeType::FLAT;
+  if (n.cross(m).squaredNorm() < flat_angle * flat_angle) {
+    return n.dot(m) > 0.0 ? EdgeType::FLAT : EdgeType::CONVEX;  // folded back: a knife's edge
+  }
   return n.dot(beyond - p) < 0.0 ? EdgeType::CONVEX : EdgeType::CONCAVE;
 }
 

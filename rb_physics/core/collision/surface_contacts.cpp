@@ -1,0 +1,381 @@
+#include "collision/surface_contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "collision/queries.hpp"
+#include "collision/reduce.hpp"
+#include "collision/surface_features.hpp"
+#include "collision/triangle_prism.hpp"
+#include "math/tolerances.hpp"
+#include "shape/height_field.hpp"
+#include "shape/mesh.hpp"
+
+namespace rb {
+namespace {
+
+// A surface's feature as the 31 bits of half a contact id: type and 29 bits of index.
+std::uint32_t surface_feature(FeatureType type, std::int32_t index) {
+  const auto i = static_cast<std::uint32_t>(index);
+  return with_part(make_feature(type, i & ((1u << feature_index_bits) - 1)),
+                   i >> feature_index_bits);
+}
+
+struct Nearest {
+  Vec3 point;
+  PrismFeature feature;
+};
+
+// Point of a triangle nearest to p, by the Voronoi regions of its features (Ericson 2005, 5.1.5).
+Nearest nearest_on(const SurfaceTriangle& t, const Vec3& p) {
+  const Vec3 &a = t.corner[0], &b = t.corner[1], &c = t.corner[2];
+  const Vec3 ab = b - a, ac = c - a, bc = c - b;
+  const double a1 = ab.dot(p - a), a2 = ac.dot(p - a);
+  if (a1 <= 0.0 && a2 <= 0.0) return {a, {PrismFeature::CORNER, 0}};
+  const double b1 = ab.dot(p - b), b2 = ac.dot(p - b);
+  if (b1 >= 0.0 && b2 <= b1) return {b, {PrismFeature::CORNER, 1}};
+  const double c1 = ab.dot(p - c), c2 = ac.dot(p - c);
+  if (c2 >= 0.0 && c1 <= c2) return {c, {PrismFeature::CORNER, 2}};
+  const double vc = a1 * b2 - b1 * a2;
+  if (vc <= 0.0 && a1 >= 0.0 && b1 <= 0.0) {
+    return {a + (a1 / (a1 - b1)) * ab, {PrismFeature::EDGE, 0}};
+  }
+  const double vb = c1 * a2 - a1 * c2;
+  if (vb <= 0.0 && a2 >= 0.0 && c2 <= 0.0) {
+    return {a + (a2 / (a2 - c2)) * ac, {PrismFeature::EDGE, 2}};
+  }
+  const double va = b1 * c2 - c1 * b2;
+  if (va <= 0.0 && b2 - b1 >= 0.0 && c1 - c2 >= 0.0) {
+    return {b + ((b2 - b1) / ((b2 - b1) + (c1 - c2))) * bc, {PrismFeature::EDGE, 1}};
+  }
+  return {p - t.normal.dot(p - a) * t.normal, {PrismFeature::FACE, 0}};
+}
+
+// How far p lies outside the triangle's edge k, seen along the normal, m.
+double outside(const SurfaceTriangle& t, int k, const Vec3& p) {
+  const Vec3 e = t.corner[(k + 1) % 3] - t.corner[k];
+  return e.cross(t.normal).dot(p - t.corner[k]) / e.norm();
+}
+
+// Does p project into the triangle? Beyond a concave edge the surface turns up: a point behind both
+// faces there still belongs to both.
+bool projects_into(const SurfaceTriangle& t, const Vec3& p, double tolerance) {
+  for (int k = 0; k < 3; ++k) {
+    if (outside(t, k, p) <= tolerance) continue;
+    const bool behind_both =
+        t.edge[k] == EdgeType::CONCAVE && t.neighbor_normal[k].dot(p - t.corner[k]) < 0.0;
+    if (!behind_both) return false;
+  }
+  return true;
+}
+
+template <class Data>
+class Finder {
+ public:
+  Finder(const Data& data, const Shape& shape, const Pose& pose, double margin)
+      : data_(data),
+        shape_(shape),
+        pose_(pose),
+        at_{pose.orientation.toRotationMatrix(), pose.position},
+        margin_(margin),
+        size_(characteristic_size(shape)) {
+    center_ = pose.position;
+    if (const auto* hull = std::get_if<ConvexHull>(&shape))
+      center_ = pose.apply(hull->data->center);
+    Aabb box = bounding_box(shape, pose);
+    box.lower.array() -= margin;
+    box.upper.array() += margin;
+    triangles_.clear();
+    data.for_each_triangle(box, [&](std::int32_t i) { triangles_.push_back(data.triangle(i)); });
+    // The walk's order is the tree's; ids make it that of the mesh.
+    std::sort(
+        triangles_.begin(), triangles_.end(),
+        [](const SurfaceTriangle& a, const SurfaceTriangle& b) { return a.face_id < b.face_id; });
+  }
+
+  // Contacts in the surface's frame.
+  const std::vector<ManifoldPoint>& contacts() {
+    points_.clear();
+    const bool particle = std::holds_alternative<Particle>(shape_);
+    const auto* sphere = std::get_if<Sphere>(&shape_);
+    for (const SurfaceTriangle& t : triangles_) {
+      if (particle || sphere != nullptr) {
+        touch_ball(t, sphere != nullptr ? sphere->radius : 0.0, particle);
+      } else if (in_front(t)) {
+        touch_face(t);
+        touch_edges(t);
+      }
+    }
+    if (points_.empty() && !particle && sphere == nullptr) push_out();
+    return points_;
+  }
+
+ private:
+  static std::uint32_t name(const SurfaceTriangle& t, const PrismFeature& f) {
+    switch (f.kind) {
+      case PrismFeature::EDGE:
+        return surface_feature(FeatureType::EDGE, t.edge_id[f.index]);
+      case PrismFeature::CORNER:
+        return surface_feature(FeatureType::VERTEX, t.corner_id[f.index]);
+      default:
+        return surface_feature(FeatureType::FACE, t.face_id);
+    }
+  }
+
+  // Keeps a contact unless a neighbour has already reported the same one.
+  void keep(const ManifoldPoint& p) {
+    for (const ManifoldPoint& other : points_) {
+      if (other.feature_a != p.feature_a) continue;
+      const bool same_feature = other.feature_b == p.feature_b;
+      const bool same_plane = (other.normal - p.normal).squaredNorm() < flat_angle * flat_angle;
+      const bool same_point = (other.point_b - p.point_b).squaredNorm() <
+                              tolerance::coincident * tolerance::coincident * size_ * size_;
+      if (same_point && (same_feature || same_plane)) return;
+    }
+    points_.push_back(p);
+  }
+
+  void touch_ball(const SurfaceTriangle& t, double radius, bool particle) {
+    const double height = t.normal.dot(center_ - t.corner[0]);
+    if (height - radius > margin_ || height < -std::max(radius, margin_)) return;
+    const Nearest nearest = nearest_on(t, center_);
+    ManifoldPoint p;
+    p.feature_a = make_feature(particle ? FeatureType::VERTEX : FeatureType::SMOOTH, 0);
+    p.kind = ContactKind::SMOOTH;
+    // Over a seam the nearest point is on an edge, yet the faces carry.
+    if (projects_into(t, center_, 1e-12 * size_)) {
+      p.normal = t.normal;
+      p.normal_owner = NormalOwner::B;
+      p.separation = height - radius;
+      p.feature_b = surface_feature(FeatureType::FACE, t.face_id);
+      if (particle) p.kind = ContactKind::VERTEX_FACE;
+      p.point_b = center_ - height * t.normal;
+      if (height < 0.0 && better_exit(t, center_, -height)) return;
+    } else {
+      const Vec3 gap = center_ - nearest.point;
+      const double length = gap.norm();
+      if (!(length > 0.0) || length - radius > margin_) return;
+      p.normal = gap / length;
+      if (!admits(data_, t, nearest.feature, p.normal)) return;
+      p.normal_owner = NormalOwner::CENTERS;
+      p.separation = length - radius;
+      p.feature_b = name(t, nearest.feature);
+      p.point_b = nearest.point;
+    }
+    p.point_a = center_ - radius * p.normal;
+    keep(p);
+  }
+
+  bool in_front(const SurfaceTriangle& t) const {
+    return t.normal.dot(center_ - t.corner[0]) >= -margin_;
+  }
+
+  // Points of the shape against the face: the plane's manifold, cut to the triangle.
+  void touch_face(const SurfaceTriangle& t) {
+    const double offset = t.normal.dot(t.corner[0]);
+    if (!plane_ || plane_->normal != t.normal || plane_->offset != offset) {
+      plane_ = HalfSpace{t.normal, offset};
+      on_plane_.clear();
+      leaf_contacts(shape_, at_, Shape(*plane_), Placement{}, margin_, on_plane_);
+    }
+    const double tolerance = 1e-12 * size_;
+    for (int i = 0; i < on_plane_.size(); ++i) {
+      ManifoldPoint p = on_plane_[i];
+      if (!projects_into(t, p.point_a, tolerance)) continue;
+      if (p.separation < -tolerance && better_exit(t, p.point_a, -p.separation)) continue;
+      p.feature_b = surface_feature(FeatureType::FACE, t.face_id);
+      keep(p);
+    }
+  }
+
+  // Deep inside, no feature may be left that its neighbours admit: then one point along the face
+  // that the shape is least deep behind.
+  void push_out() {
+    static thread_local TrianglePrism prism;
+    ManifoldPoint least;
+    least.separation = -std::numeric_limits<double>::infinity();
+    for (const SurfaceTriangle& t : triangles_) {
+      if (!in_front(t)) continue;
+      Manifold meeting, plane;
+      leaf_contacts(shape_, at_, prism.place(t, thin(t)), Placement{}, 0.0, meeting);
+      if (meeting.size() == 0) continue;
+      leaf_contacts(shape_, at_, Shape(HalfSpace{t.normal, t.normal.dot(t.corner[0])}), Placement{},
+                    0.0, plane);
+      int deepest = 0;
+      for (int i = 1; i < plane.size(); ++i) {
+        if (plane[i].separation < plane[deepest].separation) deepest = i;
+      }
+      if (plane.size() == 0 || plane[deepest].separation <= least.separation) continue;
+      least = plane[deepest];
+      least.feature_b = surface_feature(FeatureType::FACE, t.face_id);
+    }
+    if (std::isfinite(least.separation)) points_.push_back(least);
+  }
+
+  // A point behind this triangle may have come in through another one: then it is much less deep
+  // there, and moved out there it is no longer over this triangle.
+  bool better_exit(const SurfaceTriangle& t, const Vec3& p, double depth) const {
+    for (const SurfaceTriangle& other : triangles_) {
+      if (other.face_id == t.face_id || !in_front(other)) continue;
+      const double here = other.normal.dot(other.corner[0] - p);
+      if (!(here >= 0.0 && here < 0.5 * depth) || !projects_into(other, p, 1e-12 * size_)) continue;
+      const Vec3 out = p + here * other.normal;
+      for (int k = 0; k < 3; ++k) {
+        if (outside(t, k, out) >= -1e-12 * size_) return true;
+      }
+    }
+    return false;
+  }
+
+  // Convex edges and corners of the triangle against the shape.
+  void touch_edges(const SurfaceTriangle& t) {
+    const bool sharp = std::any_of(t.edge.begin(), t.edge.end(), [](EdgeType e) {
+      return e == EdgeType::CONVEX || e == EdgeType::BOUNDARY;
+    });
+    if (!sharp) return;
+    double longest = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      longest = std::max(longest, (t.corner[(k + 1) % 3] - t.corner[k]).norm());
+    }
+    static thread_local TrianglePrism prism;
+    const Shape& solid = prism.place(t, std::max(longest, size_));
+    Manifold manifold;
+    leaf_contacts(shape_, at_, solid, Placement{}, margin_, manifold);
+    for (int i = 0; i < manifold.size(); ++i) {
+      ManifoldPoint p = manifold[i];
+      const PrismFeature feature = prism.feature(p.feature_b);
+      if (feature.kind == PrismFeature::FACE || !admits(data_, t, feature, p.normal)) continue;
+      p.feature_b = name(t, feature);
+      keep(p);
+    }
+  }
+
+  const Data& data_;
+  const Shape& shape_;
+  const Pose& pose_;
+  Placement at_;
+  double margin_, size_;
+  Vec3 center_;
+  std::vector<SurfaceTriangle> triangles_;
+  std::vector<ManifoldPoint> points_;
+  std::optional<HalfSpace> plane_;  // of on_plane_
+  Manifold on_plane_;
+};
+
+// Splits points by normal and thins each group.
+void group(const std::vector<ManifoldPoint>& points, std::vector<Manifold>& out) {
+  std::vector<bool> taken(points.size(), false);
+  std::vector<ManifoldPoint> members;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (taken[i]) continue;
+    members.clear();
+    for (std::size_t j = i; j < points.size(); ++j) {
+      if (taken[j] ||
+          (points[j].normal - points[i].normal).squaredNorm() > flat_angle * flat_angle) {
+        continue;
+      }
+      taken[j] = true;
+      members.push_back(points[j]);
+    }
+    out.emplace_back();
+    if (members.size() <= static_cast<std::size_t>(Manifold::capacity)) {
+      for (const ManifoldPoint& p : members) out.back().add(p);
+    } else {
+      reduce_cloud(members, points[i].normal, out.back());
+    }
+  }
+}
+
+Aabb surface_bounds(const MeshData& mesh) { return mesh.bvh.bounds(); }
+Aabb surface_bounds(const HeightData& field) { return field.bounds(); }
+
+template <class Visit>
+decltype(auto) with_data(const Shape& surface, Visit&& visit) {
+  if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) return visit(*mesh->data);
+  return visit(*std::get<HeightField>(surface).data);
+}
+
+void check_convex(const Shape& convex, const Shape& surface) {
+  if (is_surface(convex) || std::holds_alternative<HalfSpace>(convex)) {
+    throw std::invalid_argument(std::string("contacts between ") + shape_name(convex) + " and " +
+                                shape_name(surface) + " are not available");
+  }
+}
+
+}  // namespace
+
+void surface_contacts(const Shape& convex, const Pose& pose_convex, const Shape& surface,
+                      const Pose& pose_surface, double margin, std::vector<Manifold>& out) {
+  check_convex(convex, surface);
+  out.clear();
+  const Pose relative = pose_surface.inverse() * pose_convex;
+  with_data(surface, [&](const auto& data) {
+    Finder finder(data, convex, relative, margin);
+    group(finder.contacts(), out);
+  });
+  const Mat3 rotation = pose_surface.orientation.toRotationMatrix();
+  for (Manifold& manifold : out) {
+    for (int i = 0; i < manifold.size(); ++i) {
+      ManifoldPoint& p = manifold[i];
+      p.point_a = rotation * p.point_a + pose_surface.position;
+      p.point_b = rotation * p.point_b + pose_surface.position;
+      p.normal = rotation * p.normal;
+    }
+  }
+}
+
+SurfaceDistance surface_distance(const Shape& convex, const Pose& pose_convex, const Shape& surface,
+                                 const Pose& pose_surface) {
+  check_convex(convex, surface);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const Pose relative = pose_surface.inverse() * pose_convex;
+  const Placement at{relative.orientation.toRotationMatrix(), relative.position};
+  const Aabb box = bounding_box(convex, relative);
+  SurfaceDistance best{infinity, {}};
+  static thread_local TrianglePrism prism;
+  with_data(surface, [&](const auto& data) {
+    const Aabb all = surface_bounds(data);
+    // Look ever farther until what was found is nearer than anything not looked at.
+    double reach = characteristic_size(convex);
+    for (bool complete = false; !complete && best.distance > reach; reach *= 8.0) {
+      Aabb near = box;
+      near.lower.array() -= reach;
+      near.upper.array() += reach;
+      complete = (near.lower.array() <= all.lower.array()).all() &&
+                 (near.upper.array() >= all.upper.array()).all();
+      best.distance = infinity;
+      data.for_each_triangle(near, [&](std::int32_t index) {
+        const SurfaceTriangle t = data.triangle(index);
+        Manifold manifold;
+        leaf_contacts(convex, at, prism.place(t, thin(t)), Placement{}, best.distance, manifold);
+        for (int i = 0; i < manifold.size(); ++i) {
+          if (manifold[i].separation < best.distance) {
+            best = {manifold[i].separation, manifold[i]};
+          }
+        }
+      });
+    }
+  });
+  const Mat3 rotation = pose_surface.orientation.toRotationMatrix();
+  best.nearest.point_a = rotation * best.nearest.point_a + pose_surface.position;
+  best.nearest.point_b = rotation * best.nearest.point_b + pose_surface.position;
+  best.nearest.normal = rotation * best.nearest.normal;
+  return best;
+}
+
+bool meets_surface(const Shape& convex, const Pose& pose_convex, const Shape& surface,
+                   const Pose& pose_surface) {
+  if (surface_distance(convex, pose_convex, surface, pose_surface).distance <= 0.0) return true;
+  const auto* mesh = std::get_if<TriangleMesh>(&surface);
+  if (mesh != nullptr && !mesh->data->closed) return false;
+  // The first triangle straight above is seen from behind: inside.
+  const Vec3 up = pose_surface.rotate(Vec3::UnitZ());
+  const std::optional<RayHit> hit = ray_cast(surface, pose_surface, pose_convex.position, up);
+  return hit && hit->normal.dot(up) > 0.0;
+}
+
+}  // namespace rb
