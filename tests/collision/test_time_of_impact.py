@@ -80,6 +80,26 @@ def test_corner_of_a_turning_box():
         assert found == pytest.approx(exact, abs=TIME)
 
 
+def test_rolling_cylinder_meets_a_wall():
+    """Rolls without slipping on the ground at v: its side reaches the wall after (d - r) / v."""
+    r, v, d = 0.2, 0.7, 1.3
+    lying = (np.sin(np.pi / 4), 0, 0, np.cos(np.pi / 4))  # axis along y
+    motion = Motion(
+        position=(0, 0, r),
+        orientation=lying,
+        linear_velocity=(v, 0, 0),
+        angular_velocity=(0, v / r, 0),
+    )
+    cylinder = _core.Cylinder(r, 0.5)
+    assert impact(cylinder, motion, HalfSpace((-1, 0, 0), -d), REST, 5.0) == pytest.approx(
+        (d - r) / v, abs=TIME
+    )
+    wall = Motion(position=(d + 0.1, 0, 0))
+    assert impact(cylinder, motion, Box((0.1, 2, 2)), wall, 5.0) == pytest.approx(
+        (d - r) / v, abs=1e-10
+    )
+
+
 def test_tumbling_boxes_on_the_ground():
     rng = np.random.default_rng(1)
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
@@ -171,6 +191,9 @@ def shapes(rng):
     return [
         Sphere(rng.uniform(0.1, 0.4)),
         Box(rng.uniform(0.05, 0.4, 3)),
+        _core.Capsule(rng.uniform(0.05, 0.2), rng.uniform(0.05, 0.4)),
+        _core.Cylinder(rng.uniform(0.05, 0.3), rng.uniform(0.05, 0.4)),
+        _core.ConvexHull(0.3 * rng.normal(size=(10, 3))),
     ]
 
 
@@ -201,7 +224,9 @@ def compare_with_time_stepping(a, motion_a, b, motion_b, steps=200, t_max=1.0):
     ]:
         assert gap(t) > 0, (t, found)
     if found is not None:
-        assert abs(gap(found)) < 1e-12  # the distance of polytopes is exact to rounding
+        # The distance of polytopes and balls is exact to rounding; of cylinders nearly touching, to 1e-7.
+        smooth = _core.Cylinder in (type(a), type(b))
+        assert abs(gap(found)) < (1e-7 if smooth else 1e-11)
     return found is not None
 
 
@@ -217,7 +242,17 @@ def test_no_impact_is_missed_in_many_trajectories():
 
 
 @pytest.mark.parametrize("spin", [0.0, 1000.0])
-@pytest.mark.parametrize("bullet", [Sphere(0.002), Box((0.002, 0.001, 0.003))])
+@pytest.mark.parametrize(
+    "bullet",
+    [
+        Sphere(0.002),
+        Box((0.002, 0.001, 0.003)),
+        _core.Capsule(0.001, 0.002),
+        _core.Cylinder(0.001, 0.002),
+        _core.ConvexHull(0.002 * np.vstack([np.eye(3), -np.eye(3)])),
+    ],
+    ids=lambda shape: type(shape).__name__,
+)
 def test_a_bullet_does_not_pass_a_thin_wall(bullet, spin):
     """100 m/s, 1 mm wall, 5 ms: a fixed step would be 0.5 m."""
     rng = np.random.default_rng(2)

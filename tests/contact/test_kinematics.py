@@ -78,7 +78,7 @@ def unit_quaternion(rng):
 @pytest.mark.parametrize("seed", range(10))
 def test_two_spheres(seed):
     rng = np.random.default_rng(seed)
-    p, q = rng.normal(size=3), [*rng.normal(size=3), 2, 0, 0]
+    p, q = rng.normal(size=3), rng.normal(size=3) + np.array([2, 0, 0])
     a = Motion(p, unit_quaternion(rng), random_rates(rng, p))
     b = Motion(q, unit_quaternion(rng), random_rates(rng, q))
     check(SPHERE, a, _core.Sphere(0.2), b)
@@ -134,6 +134,38 @@ def test_edge_against_edge(seed):
     a = Motion(p, qa, random_rates(rng, p))
     b = Motion((0, 0, 0), qb, random_rates(rng, np.zeros(3)))
     check(BOX, a, BOX, b)
+
+
+CAPSULE, CYLINDER = _core.Capsule(0.2, 0.4), _core.Cylinder(0.3, 0.5)
+
+
+def quaternion(axis, angle):
+    return np.append(np.sin(angle / 2) * np.array(axis, float), np.cos(angle / 2))
+
+
+@pytest.mark.parametrize(
+    ("shape", "position", "orientation", "other"),
+    [
+        # on a plane: end of a leaning capsule, rim of a leaning cylinder
+        (CAPSULE, (0, 0, 0.6), quaternion((1, 0, 0), 0.4), GROUND),
+        (CYLINDER, (0, 0, 0.7), quaternion((1, 0, 0), 0.4), GROUND),
+        # lines that cross: the sides of two capsules, a side and the edge of a box
+        (CAPSULE, (0.05, 0.1, 0.5), quaternion((1, 0, 0), 1.4), CAPSULE),
+        (CAPSULE, (0.45, 0.02, 0.75), quaternion((0.6, 0, 0.8), 1.5), BOX),
+        # ball against the side and the end of a capsule, the side and the rim of a cylinder
+        (SPHERE, (0.6, 0.1, 0.1), IDENTITY, CAPSULE),
+        (SPHERE, (0.3, 0.1, 0.8), IDENTITY, CAPSULE),
+        (SPHERE, (0.7, 0.1, 0.1), IDENTITY, CYLINDER),
+        (SPHERE, (0.5, 0.1, 0.8), IDENTITY, CYLINDER),
+    ],
+)
+@pytest.mark.parametrize("seed", range(4))
+def test_capsules_and_cylinders(shape, position, orientation, other, seed):
+    rng = np.random.default_rng(seed)
+    a = Motion(position, orientation, random_rates(rng, np.array(position)))
+    b = Motion((0, 0, 0), IDENTITY, random_rates(rng, np.zeros(3)))
+    points = _core.find_contacts(shape, *a.at(0), other, *b.at(0), 10.0)
+    check(shape, a, other, b, int(np.argmin(points["separation"])))
 
 
 def test_the_extra_terms_of_the_notes():

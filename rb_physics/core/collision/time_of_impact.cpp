@@ -197,11 +197,17 @@ class Search {
   // One certified step from t_.
   void advance() {
     const double gap = query(t_);
-    // A step to a predicted root that no longer shrinks the gap: all that is left is rounding.
+    // A step to a predicted root that no longer shrinks the gap: what is left is noise of the
+    // distance.
     const double rounding = pair_.rounding(t_);
-    const bool stalled = approaching_ && gap <= 32.0 * rounding && gap > 0.5 * last_gap_;
-    if (gap <= rounding || stalled) {
+    const bool stalled = approaching_ && gap > 0.5 * last_gap_ && gap <= 1e-8 * pair_.size();
+    if (gap <= rounding || (stalled && gap <= 32.0 * rounding)) {
       result_.time = t_;
+      return;
+    }
+    if (stalled) {
+      approaching_ = false;
+      close_in(gap);
       return;
     }
     last_gap_ = gap;
