@@ -22,9 +22,9 @@ help:
 	@echo "make soak      the long ones: full counts, installs with pip and colcon"
 	@echo "make lint      ruff, mypy, clang-format, and a build with warnings as errors"
 	@echo "make sanitize  the core's tests under AddressSanitizer and UBSan"
-	@echo "make bench-node  the node at 1 kHz with 100 bodies: steps lost, lateness, CPU (quiet machine)"
 	@echo "make verify    accuracy against exact answers, as a table"
-	@echo "make bench     speed, side by side with other engines"
+	@echo "make bench     speed of the broad and the narrow phase, beside other libraries"
+	@echo "make bench-node  the node at 1 kHz with 100 bodies: steps lost, lateness, CPU (quiet machine)"
 	@echo "make format    rewrite sources in the project's format"
 	@echo "make clean     remove what was built (keeps $(VENV) and recordings/)"
 
@@ -78,7 +78,8 @@ sanitize: $(VENV)/installed-test build
 	  $(VENV)/bin/pytest -p no:cacheprovider --ignore=tests/nodes --ignore=tests/recording
 
 bench: $(VENV)/installed-bench build
-	$(PY) -m benchmarks
+	$(PY) -m benchmarks.broad_phase
+	$(PY) -m benchmarks.geometry
 
 bench-node: $(VENV)/installed-bench build
 	$(PY) -m benchmarks.node_loop
