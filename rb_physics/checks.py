@@ -100,7 +100,10 @@ def inertia(body: str | None, value: ArrayLike) -> Array:
     moments = np.linalg.eigvalsh(matrix) if array.shape == (3, 3) else np.sort(array)
     if moments[0] <= 0:
         raise SceneError.about(
-            body, "inertia", _short(value), f"positive definite (its least moment is {moments[0]:g})"
+            body,
+            "inertia",
+            _short(value),
+            f"positive definite (its least moment is {moments[0]:g})",
         )
     if moments[2] > (moments[0] + moments[1]) * (1 + _INERTIA_TRIANGLE):
         raise SceneError.about(

@@ -65,7 +65,9 @@ class Settings:
             raise SceneError.about(None, "gravity", gravity, "three finite numbers (m/s²)")
         object.__setattr__(self, "gravity", values)
         _require_number("dt", self.dt, lambda v: v > 0, "a finite number > 0 (s)")
-        _require_number("tolerance", self.tolerance, lambda v: 0 < v < 1, "a number between 0 and 1")
+        _require_number(
+            "tolerance", self.tolerance, lambda v: 0 < v < 1, "a number between 0 and 1"
+        )
         _require_number("contact_margin", self.contact_margin, lambda v: v >= 0, "≥ 0 (m)")
         if self.restitution_threshold is not None:
             _require_number(
@@ -95,7 +97,9 @@ class Settings:
         for name in keywords:
             if name not in known:
                 close = difflib.get_close_matches(name, known, n=1)
-                hint = f"; did you mean {close[0]!r}?" if close else f"; known are {', '.join(known)}"
+                hint = (
+                    f"; did you mean {close[0]!r}?" if close else f"; known are {', '.join(known)}"
+                )
                 raise SceneError(f"unknown setting {name!r}{hint}", field=name)
         return replace(base, **keywords) if base is not None else cls(**keywords)
 

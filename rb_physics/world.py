@@ -37,7 +37,9 @@ _SHAPES = tuple(
     if hasattr(_core, name)
 )
 _STATIC_ONLY = tuple(
-    getattr(_core, name) for name in ("HalfSpace", "TriangleMesh", "HeightField") if hasattr(_core, name)
+    getattr(_core, name)
+    for name in ("HalfSpace", "TriangleMesh", "HeightField")
+    if hasattr(_core, name)
 )
 
 
@@ -185,7 +187,9 @@ class World(_core.World):
         particle = isinstance(shape, _core.Particle)
         if type == "static" and (v.any() or w.any()):
             field = "linear_velocity" if v.any() else "angular_velocity"
-            raise SceneError(f"body {name!r} is static; {field} must be zero", body=name, field=field)
+            raise SceneError(
+                f"body {name!r} is static; {field} must be zero", body=name, field=field
+            )
         if particle and w.any():
             raise SceneError(
                 f"body {name!r} is a particle and does not rotate; angular_velocity must be zero",
@@ -196,7 +200,9 @@ class World(_core.World):
             name, shape, type, mass, density, inertia, center_of_mass
         )
         if particle and type != "dynamic":
-            raise SceneError.about(name, "shape", shape, f"a shape with a surface for a {type} body")
+            raise SceneError.about(
+                name, "shape", shape, f"a shape with a surface for a {type} body"
+            )
         parsed = _frames(name, frames or {})
         row = self._add(
             shape, name, _TYPES[type], total, com, moments, x, q, v, w, material, particle
@@ -311,7 +317,9 @@ def _frames(
         try:
             position, orientation = value
         except (TypeError, ValueError):
-            raise SceneError.about(body, f"frames.{key}", value, "(position, orientation)") from None
+            raise SceneError.about(
+                body, f"frames.{key}", value, "(position, orientation)"
+            ) from None
         parsed[key] = (
             checks.vector(body, f"frames.{key}.position", position, unit="m"),
             checks.quaternion(body, f"frames.{key}.orientation", orientation),

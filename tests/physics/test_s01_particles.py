@@ -19,7 +19,9 @@ def test_particles_fall_on_their_parabola():
         expected = np.array(x) + t * np.array(v) + 0.5 * t * t * np.array([0, 0, -9.81])
         # 100 exact steps: only rounding adds up, 100 * 2^-52 * 20 m.
         np.testing.assert_allclose(particle.position, expected, atol=1e-12)
-        np.testing.assert_allclose(particle.linear_velocity, np.array(v) + [0, 0, -9.81], atol=1e-12)
+        np.testing.assert_allclose(
+            particle.linear_velocity, np.array(v) + [0, 0, -9.81], atol=1e-12
+        )
 
 
 def test_a_force_acts_as_F_over_m():

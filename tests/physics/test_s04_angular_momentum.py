@@ -24,7 +24,9 @@ def test_angular_velocity_from_momentum_in_world_axes():
         rb.Sphere(0.5), mass=1.0, inertia=moments, orientation=q, angular_velocity=omega
     )
     # Two rotations and a division: a few ulp.
-    np.testing.assert_allclose(world.angular_momentum, rotation @ moments @ rotation.T @ omega, atol=1e-14)
+    np.testing.assert_allclose(
+        world.angular_momentum, rotation @ moments @ rotation.T @ omega, atol=1e-14
+    )
     np.testing.assert_allclose(body.angular_velocity, omega, atol=1e-14)
 
 
@@ -59,7 +61,9 @@ def test_free_rotation_follows_jacobis_closed_form():
     l_sq = float(((moments * omega) ** 2).sum())
     twice_energy = float((moments * omega**2).sum())
     j1, j2, j3 = moments
-    assert l_sq > twice_energy * j2  # rotation about the axis of j3: cn with w1, sn with w2, dn with w3
+    assert (
+        l_sq > twice_energy * j2
+    )  # rotation about the axis of j3: cn with w1, sn with w2, dn with w3
     w1 = np.sqrt((twice_energy * j3 - l_sq) / (j1 * (j3 - j1)))
     w2 = np.sqrt((twice_energy * j3 - l_sq) / (j2 * (j3 - j2)))
     w3 = np.sqrt((l_sq - twice_energy * j1) / (j3 * (j3 - j1)))
@@ -72,4 +76,6 @@ def test_free_rotation_follows_jacobis_closed_form():
     sn, cn, dn, _ = scipy.special.ellipj(phase + rate * steps * 1e-2, m)
     rotation = rb.math.rotation_matrix(body.orientation)
     # 1e-10: what double leaves after 500 steps and scipy's own elliptic functions (1e-11).
-    np.testing.assert_allclose(rotation.T @ body.angular_velocity, [w1 * cn, w2 * sn, w3 * dn], atol=1e-10)
+    np.testing.assert_allclose(
+        rotation.T @ body.angular_velocity, [w1 * cn, w2 * sn, w3 * dn], atol=1e-10
+    )

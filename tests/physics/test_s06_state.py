@@ -55,9 +55,7 @@ def test_position_is_that_of_the_body_frame_and_com_moves_on_the_parabola():
     world.step(500)
     t = 0.5
     # 500 exact steps: rounding.
-    np.testing.assert_allclose(
-        body.com_position, [1.05 + t, 2, 3 - 0.5 * 9.81 * t * t], atol=1e-13
-    )
+    np.testing.assert_allclose(body.com_position, [1.05 + t, 2, 3 - 0.5 * 9.81 * t * t], atol=1e-13)
     arm = body.com_position - body.position
     np.testing.assert_allclose(np.linalg.norm(arm), 0.05, atol=1e-15)
 
@@ -71,6 +69,8 @@ def test_held_wrench_in_the_body_frame_turns_with_the_body():
         body.apply_wrench(force=(1, 0, 0), frame=frame)
         world.step(10000)  # one turn
         results[frame] = body.linear_velocity
-    np.testing.assert_allclose(results["world"], [1, 0, 0], atol=1e-12)  # rounding of 10000 additions
+    np.testing.assert_allclose(
+        results["world"], [1, 0, 0], atol=1e-12
+    )  # rounding of 10000 additions
     # The sum of a full turn of equally spaced unit vectors is zero, to rounding.
     np.testing.assert_allclose(results["body"], [0, 0, 0], atol=1e-12)
