@@ -24,9 +24,11 @@ from ._core import (
     ConvexHull,
     Cylinder,
     HalfSpace,
+    HeightField,
     Particle,
     Sphere,
     Stats,
+    TriangleMesh,
     math,
 )
 from .body import Body
@@ -57,6 +59,7 @@ __all__ = [
     "Distance",
     "DivergedError",
     "HalfSpace",
+    "HeightField",
     "Particle",
     "RayHit",
     "Scene",
@@ -64,6 +67,7 @@ __all__ = [
     "Settings",
     "Sphere",
     "Stats",
+    "TriangleMesh",
     "World",
     "contact_kinematics",
     "distance",

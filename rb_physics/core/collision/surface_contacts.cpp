@@ -122,7 +122,7 @@ class Finder {
       case PrismFeature::CORNER:
         return surface_feature(FeatureType::VERTEX, t.corner_id[f.index]);
       default:
-        return surface_feature(FeatureType::FACE, t.face_id);
+        return surface_feature(FeatureType::FACE, t.patch_id);
     }
   }
 
@@ -151,7 +151,7 @@ class Finder {
       p.normal = t.normal;
       p.normal_owner = NormalOwner::B;
       p.separation = height - radius;
-      p.feature_b = surface_feature(FeatureType::FACE, t.face_id);
+      p.feature_b = surface_feature(FeatureType::FACE, t.patch_id);
       if (particle) p.kind = ContactKind::VERTEX_FACE;
       p.point_b = center_ - height * t.normal;
       if (height < 0.0 && better_exit(t, center_, -height)) return;
@@ -187,7 +187,7 @@ class Finder {
       ManifoldPoint p = on_plane_[i];
       if (!projects_into(t, p.point_a, tolerance)) continue;
       if (p.separation < -tolerance && better_exit(t, p.point_a, -p.separation)) continue;
-      p.feature_b = surface_feature(FeatureType::FACE, t.face_id);
+      p.feature_b = surface_feature(FeatureType::FACE, t.patch_id);
       keep(p);
     }
   }
@@ -211,7 +211,7 @@ class Finder {
       }
       if (plane.size() == 0 || plane[deepest].separation <= least.separation) continue;
       least = plane[deepest];
-      least.feature_b = surface_feature(FeatureType::FACE, t.face_id);
+      least.feature_b = surface_feature(FeatureType::FACE, t.patch_id);
     }
     if (std::isfinite(least.separation)) points_.push_back(least);
   }

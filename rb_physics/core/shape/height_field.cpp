@@ -36,6 +36,7 @@ HeightField make_height_field(int rows, int columns, const std::vector<double>& 
   field->highest = *high;
   const Aabb box = field->bounds();
   field->size = 0.5 * (box.upper - box.lower).norm();
+  field->find_patches();
   return {field};
 }
 
@@ -77,6 +78,7 @@ Vec3 unit_normal(const HeightData& field, const std::array<std::int32_t, 3>& c) 
 SurfaceTriangle HeightData::triangle(std::int32_t index) const {
   SurfaceTriangle t;
   t.face_id = index;
+  t.patch_id = patches.empty() ? index : patches[index];
   t.corner_id = corners(index);
   t.normal = unit_normal(*this, t.corner_id);
   for (int k = 0; k < 3; ++k) t.corner[k] = vertex(t.corner_id[k]);
@@ -97,6 +99,12 @@ SurfaceTriangle HeightData::triangle(std::int32_t index) const {
     }
   }
   return t;
+}
+
+void HeightData::find_patches() {
+  patches = flat_patches(
+      2 * (rows - 1) * (columns - 1), [this](std::int32_t t, int k) { return neighbor(t, k); },
+      [this](std::int32_t t, int k) { return triangle(t).edge[k] == EdgeType::FLAT; });
 }
 
 bool HeightData::vertex_admits(std::int32_t id, const Vec3& normal) const {

@@ -21,6 +21,7 @@ struct HeightData {
   int columns = 0;                     // samples along y
   Vec2 spacing = Vec2::Ones();         // m
   std::vector<double> heights;         // m, size rows * columns, row by row
+  std::vector<std::int32_t> patches;   // per triangle: the flat patch it belongs to
   double lowest = 0.0, highest = 0.0;  // m
   double size = 0.0;                   // m, half the diagonal of the bounding box
 
@@ -30,6 +31,7 @@ struct HeightData {
   }
   std::array<std::int32_t, 3> corners(std::int32_t triangle) const;
   SurfaceTriangle triangle(std::int32_t index) const;
+  void find_patches();  // once, when built
   bool vertex_admits(std::int32_t vertex, const Vec3& normal) const;
   Aabb bounds() const;
 

@@ -170,6 +170,10 @@ TriangleMesh make_triangle_mesh(const std::vector<Vec3>& vertices,
   merge_vertices(*mesh);
   find_normals(*mesh);
   join_edges(*mesh);
+  mesh->patches = flat_patches(
+      static_cast<std::int32_t>(mesh->triangles.size()),
+      [&](std::int32_t t, int k) { return mesh->neighbors[t][k]; },
+      [&](std::int32_t t, int k) { return mesh->edges[t][k] == EdgeType::FLAT; });
   std::vector<Aabb> boxes;
   for (const Triangle& t : mesh->triangles) {
     const Vec3 &a = mesh->vertices[t[0]], &b = mesh->vertices[t[1]], &c = mesh->vertices[t[2]];
@@ -192,6 +196,7 @@ SurfaceTriangle MeshData::triangle(std::int32_t index) const {
   const auto& corners = triangles[index];
   t.normal = normals[index];
   t.face_id = index;
+  t.patch_id = patches[index];
   for (int k = 0; k < 3; ++k) {
     const std::int32_t neighbor = neighbors[index][k];
     t.corner[k] = vertices[corners[k]];

@@ -22,7 +22,8 @@ struct MeshData {
   std::vector<std::array<EdgeType, 3>> edges;          // per triangle and edge
   std::vector<std::int32_t> ring_first;                // size vertices + 1, index into ring
   std::vector<std::int32_t> ring;                      // vertices joined to a vertex, ascending
-  std::vector<bool> at_boundary;  // per vertex
+  std::vector<bool> at_boundary;                       // per vertex
+  std::vector<std::int32_t> patches;                   // per triangle: the flat patch it belongs to
   Bvh bvh;
   bool closed = false;  // every edge has two triangles
   double volume = 0.0;  // m^3, signed; for a closed mesh

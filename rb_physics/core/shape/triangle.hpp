@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "math/types.hpp"
 
@@ -17,7 +18,8 @@ struct SurfaceTriangle {
   Vec3 normal;                          // unit, outward
   std::array<EdgeType, 3> edge;         // edge k runs from corner k to corner k + 1
   std::array<Vec3, 3> neighbor_normal;  // beyond edge k; unused at a boundary
-  std::int32_t face_id = 0;             // stable names of the features
+  std::int32_t face_id = 0;             // index of the triangle
+  std::int32_t patch_id = 0;  // the flat patch it belongs to: one face, whatever its seams
   std::array<std::int32_t, 3> edge_id{};
   std::array<std::int32_t, 3> corner_id{};
 };
@@ -32,6 +34,29 @@ inline EdgeType edge_type(const Vec3& n, const Vec3& m, const Vec3& p, const Vec
     return n.dot(m) > 0.0 ? EdgeType::FLAT : EdgeType::CONVEX;  // folded back: a knife's edge
   }
   return n.dot(beyond - p) < 0.0 ? EdgeType::CONVEX : EdgeType::CONCAVE;
+}
+
+// Joins triangles across flat edges: neighbor(t, k) is the triangle beyond edge k or -1, is_flat(t,
+// k) the edge's kind. Returns each triangle's patch, named after its first triangle.
+template <class Neighbor, class IsFlat>
+std::vector<std::int32_t> flat_patches(std::int32_t count, Neighbor&& neighbor, IsFlat&& is_flat) {
+  std::vector<std::int32_t> patch(count, -1), open;
+  for (std::int32_t first = 0; first < count; ++first) {
+    if (patch[first] >= 0) continue;
+    patch[first] = first;
+    open.push_back(first);
+    while (!open.empty()) {
+      const std::int32_t t = open.back();
+      open.pop_back();
+      for (int k = 0; k < 3; ++k) {
+        const std::int32_t other = neighbor(t, k);
+        if (other < 0 || patch[other] >= 0 || !is_flat(t, k)) continue;
+        patch[other] = first;
+        open.push_back(other);
+      }
+    }
+  }
+  return patch;
 }
 
 }  // namespace rb
