@@ -1,23 +1,24 @@
 """ns per narrow-phase query for each pair of shapes, beside coal on the same poses in one run.
 
-Three situations: far apart (most pairs of a broad phase), near or touching, and overlapping. Ours gives
-the whole manifold; coal gives one contact. Python's cost of a call is taken off coal's time by
-timing an empty collision call; ours loops inside the core.
+`python -m benchmarks.geometry`. Three situations: far apart (most pairs of a broad phase), near or
+touching, and overlapping. Ours gives the whole manifold, coal one contact. Both loop in C++: coal's
+loop (coal_loop.cpp) is compiled against the headers its wheel brings; without them or a compiler its
+column stays empty.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import itertools
-import time
+import os
+import shlex
+import subprocess
+import tempfile
+from pathlib import Path
 
 import numpy as np
 
 from rb_physics import _core as core
-
-try:
-    import coal
-except ImportError:  # pragma: no cover
-    coal = None
 
 
 def shapes() -> dict:
@@ -45,51 +46,57 @@ def _poses(rng: np.random.Generator, n: int, gap: float) -> np.ndarray:
     return np.hstack([d, q[0], np.zeros((n, 3)), q[1]])
 
 
-def _coal_shape(shape):
+def _coal_loop(folder: str) -> str | None:
+    """Compiles coal's loop; its path, or None where that is not possible."""
+    spec = importlib.util.find_spec("coal")
+    if spec is None or spec.origin is None:
+        return None
+    prefix = next((p for p in Path(spec.origin).parents if p.name == "cmeel.prefix"), None)
+    if prefix is None:
+        prefix = next((p / "cmeel.prefix" for p in Path(spec.origin).parents), None)
+    if prefix is None or not (prefix / "include/coal/collision.h").is_file():
+        return None
+    program = f"{folder}/coal_loop"
+    command = [
+        *shlex.split(os.environ.get("CXX", "g++")),
+        *("-std=c++17", "-O3", "-isystem", f"{prefix}/include"),
+        *("-isystem", f"{prefix}/include/eigen3", str(Path(__file__).with_name("coal_loop.cpp"))),
+        *("-o", program, f"-L{prefix}/lib", "-lcoal", f"-Wl,-rpath,{prefix}/lib"),
+    ]
+    try:
+        built = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    except OSError:
+        return None
+    return program if built.returncode == 0 else None
+
+
+def _described(shape) -> str:
     if isinstance(shape, core.Sphere):
-        return coal.Sphere(shape.radius)
+        return f"sphere {shape.radius}"
     if isinstance(shape, core.Capsule):
-        return coal.Capsule(shape.radius, 2 * shape.half_length)
+        return f"capsule {shape.radius} {shape.half_length}"
     if isinstance(shape, core.Cylinder):
-        return coal.Cylinder(shape.radius, 2 * shape.half_length)
+        return f"cylinder {shape.radius} {shape.half_length}"
     if isinstance(shape, core.Box):
-        return coal.Box(*(2 * h for h in shape.half_extents))
-    points = coal.StdVec_Vec3s()
-    for p in shape.points:
-        points.append(p)
-    return coal.Convex.convexHull(points, False, "Qt")
+        return "box " + " ".join(map(str, shape.half_extents))
+    numbers = " ".join(repr(float(x)) for x in shape.points.ravel())
+    return f"hull {len(shape.points)} {numbers}"
 
 
-def _coal_ns(a, b, poses: np.ndarray, margin: float) -> float:
-    """Best of three passes of coal.collide with a contact, less the cost of an empty call."""
-    transforms = []
-    for row in poses:
-        pair = []
-        for k in (0, 7):
-            quat = coal.Quaternion(row[k + 6], row[k + 3], row[k + 4], row[k + 5])
-            pair.append(coal.Transform3s(quat, row[k : k + 3]))
-        transforms.append(pair)
-    request, result = coal.CollisionRequest(), coal.CollisionResult()
-    request.security_margin = margin
-    request.enable_contact = True
-
-    def run(x, y, placed):
-        best = np.inf
-        for _ in range(3):
-            start = time.perf_counter()
-            for t, u in placed:
-                result.clear()
-                coal.collide(x, t, y, u, request, result)
-            best = min(best, time.perf_counter() - start)
-        return best / len(placed) * 1e9
-
-    far = [(coal.Transform3s(np.eye(3), np.array([9.0, 0, 0])), coal.Transform3s())] * len(poses)
-    ball = coal.Sphere(0.1)
-    return run(_coal_shape(a), _coal_shape(b), transforms) - run(ball, ball, far)
+def _coal_ns(program: str, a, b, poses: np.ndarray, margin: float) -> float:
+    rows = "\n".join(" ".join(repr(float(x)) for x in row) for row in poses)
+    text = f"{_described(a)} {_described(b)} {margin} {len(poses)}\n{rows}\n"
+    done = subprocess.run([program], input=text, capture_output=True, text=True, timeout=120)
+    return float(done.stdout)
 
 
 def run(poses: int = 2000) -> list[dict]:
     """One row per pair and situation: pair, situation, ns, coal_ns (None without coal)."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _rows(poses, _coal_loop(folder))
+
+
+def _rows(poses: int, program: str | None) -> list[dict]:
     rows = []
     for (name_a, a), (name_b, b) in itertools.combinations_with_replacement(shapes().items(), 2):
         for situation, gap, margin in (
@@ -104,7 +111,7 @@ def run(poses: int = 2000) -> list[dict]:
                     "pair": f"{name_a}-{name_b}",
                     "situation": situation,
                     "ns": seconds / poses * 1e9,
-                    "coal_ns": _coal_ns(a, b, placed, margin) if coal else None,
+                    "coal_ns": _coal_ns(program, a, b, placed, margin) if program else None,
                 }
             )
     return rows

@@ -24,7 +24,7 @@ struct Rods {
   ManifoldPoint contact(double s, double t) const {
     const Vec3 on_a = center_a + s * axis_a, on_b = center_b + t * axis_b;
     const Vec3 apart = on_a - on_b;
-    const double length = apart.stableNorm();
+    const double length = apart.norm();
     const double size = a.radius + b.radius;
     const int feature_a = feature(s, a.half_length), feature_b = feature(t, b.half_length);
     ManifoldPoint p;

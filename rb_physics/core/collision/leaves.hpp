@@ -31,12 +31,17 @@ inline Leaf leaf(const Shape& shape, const Pose& pose, int part) {
   return {&inner.shape, pose * inner.pose, static_cast<std::uint32_t>(part)};
 }
 
+// A ball looks the same from everywhere: its axes are not worked out.
+inline Placement placement_of(const Shape& shape, const Pose& pose) {
+  const bool ball =
+      std::holds_alternative<Sphere>(shape) || std::holds_alternative<Particle>(shape);
+  return {ball ? Mat3(Mat3::Identity()) : Mat3(pose.orientation.toRotationMatrix()), pose.position};
+}
+
 // Contacts of two leaves, A and B as given.
 inline void ordered_leaf_contacts(const Leaf& a, const Leaf& b, double margin, Manifold& out) {
-  const bool swap = comes_second(*a.shape, a.pose, *b.shape, b.pose);
-  const Placement at_a{a.pose.orientation.toRotationMatrix(), a.pose.position};
-  const Placement at_b{b.pose.orientation.toRotationMatrix(), b.pose.position};
-  if (swap) {
+  const Placement at_a = placement_of(*a.shape, a.pose), at_b = placement_of(*b.shape, b.pose);
+  if (comes_second(*a.shape, a.pose, *b.shape, b.pose)) {
     leaf_contacts(*b.shape, at_b, *a.shape, at_a, margin, out);
     out.mirror();
   } else {
@@ -69,42 +74,52 @@ inline std::vector<Manifold> surface_manifolds(const Leaf& convex, const Leaf& s
 template <class Visit>
 void for_each_leaf_manifold(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                             double margin, const Visit& visit) {
+  static thread_local Manifold manifold;
   // The origin is the position of whichever body comes second, so that exchanging A and B changes
   // no bit of the arithmetic.
   const bool swap = comes_second(a, pose_a, b, pose_b);
   const Shape& first = swap ? b : a;
   const Shape& second = swap ? a : b;
-  const Vec3 origin = swap ? pose_a.position : pose_b.position;
-  const Pose first_pose{swap ? Vec3(pose_b.position - origin) : Vec3(pose_a.position - origin),
-                        swap ? pose_b.orientation : pose_a.orientation};
-  const Pose second_pose{Vec3::Zero(), swap ? pose_a.orientation : pose_b.orientation};
-  const int first_count = leaf_count(first), second_count = leaf_count(second);
-  const bool cull = first_count > 1 || second_count > 1;
-  for (int i = 0; i < first_count; ++i) {
-    const Leaf leaf_1 = leaf(first, first_pose, i);
-    const Aabb box_1 = cull ? bounding_box(*leaf_1.shape, leaf_1.pose) : Aabb{};
-    for (int j = 0; j < second_count; ++j) {
-      const Leaf leaf_2 = leaf(second, second_pose, j);
-      if (cull) {
-        Aabb box_2 = bounding_box(*leaf_2.shape, leaf_2.pose);
-        box_2.lower.array() -= margin;
-        box_2.upper.array() += margin;
-        if (!box_1.overlaps(box_2)) continue;
-      }
-      const auto finish = [&](Manifold& manifold) {
-        if (manifold.size() == 0) return;
-        for (int k = 0; k < manifold.size(); ++k) {
-          manifold[k].feature_a = with_part(manifold[k].feature_a, leaf_1.part);
-          manifold[k].feature_b = with_part(manifold[k].feature_b, leaf_2.part);
+  const Pose& world_1 = swap ? pose_b : pose_a;
+  const Pose& world_2 = swap ? pose_a : pose_b;
+  const Vec3& origin = world_2.position;
+  const Pose pose_1{world_1.position - origin, world_1.orientation};
+  const Pose pose_2{Vec3::Zero(), world_2.orientation};
+  const auto is_leaf = [](const Shape& s) {
+    return !std::holds_alternative<Compound>(s) && !is_surface(s);
+  };
+  if (is_leaf(first) && is_leaf(second)) {
+    manifold.clear();
+    leaf_contacts(first, placement_of(first, pose_1), second, placement_of(second, pose_2), margin,
+                  manifold);
+    if (swap) manifold.mirror();
+    if (manifold.size() > 0) visit(manifold, origin);
+    return;
+  }
+  const int count_1 = leaf_count(first), count_2 = leaf_count(second);
+  for (int i = 0; i < count_1; ++i) {
+    const Leaf leaf_1 = leaf(first, pose_1, i);
+    const Aabb box_1 = bounding_box(*leaf_1.shape, leaf_1.pose);
+    for (int j = 0; j < count_2; ++j) {
+      const Leaf leaf_2 = leaf(second, pose_2, j);
+      Aabb box_2 = bounding_box(*leaf_2.shape, leaf_2.pose);
+      box_2.lower.array() -= margin;
+      box_2.upper.array() += margin;
+      if (!box_1.overlaps(box_2)) continue;
+      const auto finish = [&](Manifold& found) {
+        if (found.size() == 0) return;
+        for (int k = 0; k < found.size(); ++k) {
+          found[k].feature_a = with_part(found[k].feature_a, leaf_1.part);
+          found[k].feature_b = with_part(found[k].feature_b, leaf_2.part);
         }
-        if (swap) manifold.mirror();
-        visit(manifold, origin);
+        if (swap) found.mirror();
+        visit(found, origin);
       };
       if (is_surface(*leaf_2.shape) || is_surface(*leaf_1.shape)) {
-        for (Manifold& manifold : surface_manifolds(leaf_1, leaf_2, margin)) finish(manifold);
+        for (Manifold& found : surface_manifolds(leaf_1, leaf_2, margin)) finish(found);
         continue;
       }
-      Manifold manifold;
+      manifold.clear();
       ordered_leaf_contacts(leaf_1, leaf_2, margin, manifold);
       finish(manifold);
     }

@@ -14,8 +14,8 @@ void contacts_ball_box(const Ball& a, const Placement& at_a, const Box& b, const
   ManifoldPoint p;
   Vec3 normal, on_box;
   double height;  // of the centre above the surface
-  if (outside != Vec3::Zero()) {
-    height = outside.stableNorm();
+  if (outside.squaredNorm() > 0.0) {
+    height = outside.norm();
     if (!(height - a.radius <= margin)) return;
     normal = outside / height;
     on_box = nearest;

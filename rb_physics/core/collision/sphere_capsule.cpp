@@ -11,7 +11,7 @@ void contacts_ball_capsule(const Ball& a, const Placement& at_a, const Capsule& 
   const double along = closest_on_segment(at_b.position, axis, b.half_length, at_a.position);
   const Vec3 on_axis = at_b.position + along * axis;
   const Vec3 apart = at_a.position - on_axis;
-  const double length = apart.stableNorm();
+  const double length = apart.norm();
   const double separation = length - a.radius - b.radius;
   if (!(separation <= margin)) return;
   ManifoldPoint p;

@@ -7,7 +7,7 @@ namespace rb {
 void contacts_ball_ball(const Ball& a, const Placement& at_a, const Ball& b, const Placement& at_b,
                         double margin, Manifold& out) {
   const Vec3 apart = at_a.position - at_b.position;
-  const double length = apart.stableNorm();
+  const double length = apart.norm();
   const double separation = length - a.radius - b.radius;
   if (!(separation <= margin)) return;
   ManifoldPoint p;
