@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .cdr import CdrWriter, Template, split_stamp
 from .geometry import BodyDescription, Part
-from .palette import FORCE, RGBA, body_colors, typical_radius
+from .palette import FORCE, RGBA, ForceArrows, body_colors, typical_radius
 from .quaternions import multiply, rotate
 
 ARROW, CUBE, SPHERE, CYLINDER, TRIANGLE_LIST = 0, 1, 2, 3, 11
@@ -51,9 +51,8 @@ class MarkerEncoder:
     Forces of zero have no arrow; arrows of earlier messages are deleted when contacts go.
     """
 
-    def __init__(self, frame_id: str, bodies: Sequence[BodyDescription], force_scale: float):
-        """`force_scale`: m of arrow per N."""
-        self._scale = force_scale
+    def __init__(self, frame_id: str, bodies: Sequence[BodyDescription], arrows: ForceArrows):
+        self._arrows = arrows
         self._shaft = 0.08 * typical_radius(bodies)
         self._arrows_before = 0
         self._build_bodies(frame_id, bodies)
@@ -143,7 +142,7 @@ class MarkerEncoder:
         column(self._action_at, "<i4", 1)[count:] = _DELETE
         ends = column(self._points_at, "<f8", 6)
         ends[:count, :3] = points
-        ends[:count, 3:] = points + self._scale * forces
+        ends[:count, 3:] = points + self._arrows.vectors(forces)
         self._arrows_before = count
         return block
 

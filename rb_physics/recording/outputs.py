@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from . import encoders
 from .geometry import BodyDescription, describe
 from .markers import MarkerEncoder
-from .palette import force_scale
+from .palette import ForceArrows
 from .quaternions import cross, rotate_inverse
 from .topics import LATCHED, Topic, TopicTable
 from .urdf import scene_urdf
@@ -60,7 +60,6 @@ class Outputs:
         """Raises TopicError when the table doesn't fit the world's bodies."""
         self._world, self._table, self._node_name = world, table, node_name
         self.statuses: Callable[[], Sequence[Status]] | None = None  # the caller's diagnostics
-        self._scale_of = force_scale
         self._impulses: dict[int, NDArray] = {}  # of each wrench group since its last message
         self._wrench_since: dict[int, float] = {}
         self.rebuild()
@@ -228,8 +227,8 @@ class Outputs:
 
     def _markers_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
         world = self._world
-        scale = self._scale_of(self.bodies, float(np.linalg.norm(world.settings.gravity)))
-        encoder = MarkerEncoder(topics[0].frame, self.bodies, scale)
+        arrows = ForceArrows.of(self.bodies, float(np.linalg.norm(world.settings.gravity)))
+        encoder = MarkerEncoder(topics[0].frame, self.bodies, arrows)
 
         def encode(now: int) -> list[bytes]:
             contacts = world.contacts

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .geometry import BodyDescription
 
@@ -49,8 +51,25 @@ def typical_radius(bodies: Sequence[BodyDescription]) -> float:
     return float(np.median(radii)) if radii else 0.1
 
 
-def force_scale(bodies: Sequence[BodyDescription], gravity: float) -> float:
-    """m of arrow per N: the weight of the median body gives an arrow twice its radius."""
-    masses = [b.mass for b in bodies if b.mass > 0]
-    weight = float(np.median(masses)) * (gravity or 9.81) if masses else 9.81
-    return 2.0 * typical_radius(bodies) / weight
+@dataclass(frozen=True)
+class ForceArrows:
+    """How long a force is drawn: `scale` m per N up to `knee` N, growing as its logarithm beyond.
+
+    An impact within one step is easily a thousand times a weight; both should be seen.
+    """
+
+    scale: float
+    knee: float
+
+    @classmethod
+    def of(cls, bodies: Sequence[BodyDescription], gravity: float) -> ForceArrows:
+        """The weight of the median body is drawn twice its radius long; beyond begins the logarithm."""
+        masses = [b.mass for b in bodies if b.mass > 0] or [1.0]
+        weight = float(np.median(masses)) * (gravity or 9.81)
+        return cls(2.0 * typical_radius(bodies) / weight, weight)
+
+    def vectors(self, forces: NDArray) -> NDArray:
+        """Arrows (N, 3) in m of forces (N, 3) in N."""
+        excess = np.maximum(np.linalg.norm(forces, axis=1, keepdims=True) / self.knee, 1.0)
+        arrows: NDArray = forces * (self.scale * (1.0 + np.log(excess)) / excess)
+        return arrows

@@ -22,7 +22,7 @@ from .mcap_log import RecordingError
 from .message_queue import Entry, MessageQueue
 from .operations import from_json as operation_from_json
 from .outputs import TOTALS
-from .palette import APPLIED, FORCE, KINEMATIC, body_colors, force_scale, typical_radius
+from .palette import APPLIED, FORCE, KINEMATIC, ForceArrows, body_colors, typical_radius
 from .quaternions import rotate, rotate_inverse
 from .rerun_blueprint import BLUEPRINTS, blueprint
 from .rerun_shapes import NAMED_BODIES, ShapeEntities
@@ -139,7 +139,7 @@ class RerunLog:
         self.flush()
         self._bodies = from_json(decoders.decode_string(data))
         self._colors = body_colors(self._bodies)
-        self._scale = force_scale(self._bodies, self._gravity)
+        self._force_arrows = ForceArrows.of(self._bodies, self._gravity)
         self._row_of = {b.name: row for row, b in enumerate(self._bodies)}
         self._plotted = [b.name for b in self._bodies if b.type == "dynamic"][:_PLOTTED_BODIES]
         moving = [row for row, b in enumerate(self._bodies) if b.type != "static"]
@@ -321,7 +321,7 @@ class RerunLog:
 
     def _arrows(self, entity: str, time_ns: int, origins: NDArray, forces: NDArray) -> None:
         column = self._column(entity, self._rr.Arrows3D.columns, "origins", "vectors")
-        column.add(time_ns, origins, forces * self._scale)
+        column.add(time_ns, origins, self._force_arrows.vectors(forces))
 
 
 class RerunSink:

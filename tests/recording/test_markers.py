@@ -9,6 +9,7 @@ import pytest
 
 from rb_physics.recording.geometry import BodyDescription, Part, from_json, to_json
 from rb_physics.recording.markers import MarkerEncoder
+from rb_physics.recording.palette import ForceArrows
 from rb_physics.recording.quaternions import from_z_axis, multiply, rotate, rotate_inverse
 from rb_physics.recording.urdf import scene_urdf
 
@@ -48,7 +49,7 @@ def encode(encoder: MarkerEncoder, forces: np.ndarray) -> list:
 
 
 def test_bodies_are_drawn_where_they_are():
-    markers = encode(MarkerEncoder("world", BODIES, 0.1), np.empty((0, 3)))
+    markers = encode(MarkerEncoder("world", BODIES, ForceArrows(0.1, 1e3)), np.empty((0, 3)))
     assert {m.ns for m in markers} == {"bodies"}
     assert [m.id for m in markers] == list(range(8))
     kinds = [Marker.CUBE, Marker.CUBE, Marker.SPHERE, Marker.CYLINDER, Marker.SPHERE, Marker.SPHERE,
@@ -71,7 +72,7 @@ def test_bodies_are_drawn_where_they_are():
 
 
 def test_force_arrows_skip_zeros_and_stale_ones_are_deleted():
-    encoder = MarkerEncoder("world", BODIES, 0.1)
+    encoder = MarkerEncoder("world", BODIES, ForceArrows(0.1, 1e3))
     forces = np.array([[0, 0, 10.0], [0, 0, 0], [5.0, 0, 0], [0, -2.0, 0]])
     arrows = [m for m in encode(encoder, forces) if m.ns == "contact_forces"]
     assert [(m.id, m.type, m.action) for m in arrows] == [
@@ -89,9 +90,18 @@ def test_force_arrows_skip_zeros_and_stale_ones_are_deleted():
     assert all(m.ns == "bodies" for m in encode(encoder, forces[1:2]))
 
 
+def test_large_forces_are_drawn_by_their_logarithm():
+    arrows = ForceArrows(0.1, 20.0)
+    forces = np.array([[0, 0, 10.0], [0, 20.0, 0], [20.0 * np.e, 0, 0], [0, 0, 0]])
+    expected = [[0, 0, 1.0], [0, 2.0, 0], [4.0, 0, 0], [0, 0, 0]]
+    assert np.allclose(arrows.vectors(forces), expected, atol=1e-15)
+    standing = ForceArrows.of(BODIES, 9.81)
+    assert standing.knee == pytest.approx(9.81)
+
+
 @pytest.mark.parametrize("frame", ["w", "world", "map_of_7"])
 def test_any_frame_length_stays_aligned(frame):
-    encoder = MarkerEncoder(frame, BODIES[1:3], 1.0)
+    encoder = MarkerEncoder(frame, BODIES[1:3], ForceArrows(1.0, 1e3))
     data = encoder.encode(
         TIME, POSITIONS[1:3], ORIENTATIONS[1:3], np.ones((5, 3)), np.full((5, 3), 2.0)
     )
