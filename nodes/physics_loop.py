@@ -63,6 +63,7 @@ class PhysicsLoop:
         self.finished = threading.Event()  # the duration is over, or the loop has ended
         self.error: BaseException | None = None
         self.paused = paused
+        self.held = False  # nothing steps, not even ~/step: the node is inactive
         self._inputs = inputs
         self._sender = sender
         self._pacer = pacer
@@ -104,6 +105,9 @@ class PhysicsLoop:
 
     def _steps_allowed(self) -> int:
         """How many steps may be made now; rests or sleeps when the answer is 0."""
+        if self.held:
+            self._rest()
+            return 0
         if self._ordered is not None:
             return self._ordered_until - self.step
         if self._last_step is not None and self.step >= self._last_step:
@@ -173,6 +177,9 @@ class PhysicsLoop:
             command.finish(success, message)
 
     def _order_steps(self, command: Command, count: int) -> None:
+        if self.held:
+            command.finish(False, "the node is inactive: activate it first")
+            return
         if self._ordered is not None:
             command.finish(False, "another ~/step is in progress")
             return
@@ -191,6 +198,12 @@ class PhysicsLoop:
         self.paused = pause
         self._pacer.restart(self.step)
         return True, f"{'paused' if pause else 'running'} at time {self.world.time:.9g} s"
+
+    def _do_hold(self, hold: bool) -> Answer:
+        self.held = hold
+        self._end_ordered(False, "ended: the node was deactivated")
+        self._pacer.restart(self.step)
+        return True, ""
 
     def _do_clear_wrenches(self) -> Answer:
         count = self._inputs.wrenches.clear(self.step, self._perform)

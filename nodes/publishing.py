@@ -102,6 +102,11 @@ class Publishing:
             left = max(0.0, end - time.monotonic())
             self._publishers[name].wait_for_all_acked(Duration(seconds=left))
 
+    def destroy(self, node: Node) -> None:
+        """Take the publishers away."""
+        for publisher in (*self._publishers.values(), self._operations):
+            node.destroy_publisher(publisher)
+
     def _publish(self, messages: list[tuple[str, bytes]]) -> None:
         for name, data in messages:
             publisher = self._publishers.get(name)

@@ -33,6 +33,11 @@ class Services:
             for name, (kind, call) in calls.items()
         ]
 
+    def destroy(self, node: Node) -> None:
+        """Take the services away."""
+        for service in self._services:
+            node.destroy_service(service)
+
     def _pause(self, request: Any, response: Any) -> Any:
         response.success, response.message = self._commands.ask("pause", request.data)
         return response

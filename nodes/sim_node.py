@@ -6,12 +6,14 @@ import gc
 import signal
 import sys
 import threading
+import time
 from collections.abc import Sequence
 
 from .start import StartError, import_rclpy, one_line
 
 NAME = "sim_node"
 CALLS_AT_ONCE = 3  # service calls answered side by side; a long ~/step takes one of them
+LOOK = 0.02  # s between looks at the request to stop
 SWITCH_INTERVAL = 1e-4  # s; Python's 5 ms would make the physics thread miss its deadlines
 
 
@@ -37,11 +39,15 @@ def _run(arguments: Sequence[str] | None) -> int:
     except Exception as error:  # rclpy has no common class for what can go wrong here
         raise StartError(f"ROS 2 does not start: {one_line(error)}") from None
     try:
-        from .simulator import Simulator
+        from rclpy.lifecycle import TransitionCallbackReturn
 
-        node = rclpy.create_node(NAME)
-        simulator = Simulator(node)
-    except (StartError, ValueError, OSError, ImportError) as error:
+        from .lifecycle import SimNode
+
+        node = SimNode(NAME)
+        autostart = node.get_parameter("autostart").value
+        if autostart and node.trigger_configure() != TransitionCallbackReturn.SUCCESS:
+            raise node.error or ValueError("the node could not be configured")
+    except (ValueError, OSError, ImportError) as error:
         rclpy.try_shutdown()
         raise StartError(one_line(error)) from None
 
@@ -63,16 +69,17 @@ def _run(arguments: Sequence[str] | None) -> int:
 
     spinning = threading.Thread(target=spin, name="executor", daemon=True)
     spinning.start()
-    simulator.start()
     try:
-        while not stop.is_set() and not simulator.loop.finished.wait(0.1):
-            pass
+        if autostart:
+            node.trigger_activate()
+        while not stop.is_set() and not node.finished:
+            time.sleep(LOOK)
     finally:
-        error = simulator.stop()
+        node.close()
         executor.shutdown(timeout_sec=2.0)
         spinning.join(timeout=2.0)
         rclpy.try_shutdown()
-    error = error or (broken[0] if broken else None)
+    error = node.error or (broken[0] if broken else None)
     if error is not None:
         print(f"sim_node: {error}", file=sys.stderr)
         return 1

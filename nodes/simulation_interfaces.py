@@ -79,13 +79,22 @@ class SimulationInterfaces:
         self._msg = msg
         self._srv = srv
         self._stopped = False
+        self._services: list[Any] = []
 
     def offer(self, node: Node) -> None:
         """Create the services under the node's name."""
         group = ReentrantCallbackGroup()
         for name in SERVICES:
             kind, own = getattr(self._srv, name), snake_case(name)
-            node.create_service(kind, f"~/{own}", getattr(self, own), callback_group=group)
+            service = node.create_service(
+                kind, f"~/{own}", getattr(self, own), callback_group=group
+            )
+            self._services.append(service)
+
+    def destroy(self, node: Node) -> None:
+        """Take the services away."""
+        for service in self._services:
+            node.destroy_service(service)
 
     # -- the simulator ----------------------------------------------------------------------------
 

@@ -14,7 +14,6 @@ import rb_physics as rb
 from rb_physics.recording import Recorder, RecordingError, load_topics, new_run_directory
 from rb_physics.recording.rerun_log import require
 
-from . import parameters
 from .complaints import Complaints
 from .diagnostics import Diagnostics
 from .inputs import Inputs
@@ -30,17 +29,16 @@ class Simulator:
     """Builds the world of a scene, steps it in a thread of its own, and connects it to `node`.
 
     Everything is made by the constructor, which raises ValueError, OSError or ImportError with one
-    clear sentence when something is wrong; `start` lets the simulation run, `stop` ends it with
-    its log closed.
+    clear sentence when something is wrong; `activate` lets the simulation run, `deactivate` holds
+    it, `close` ends it with its log closed and takes its topics and services away.
+
+    Parameters
+    ----------
+    values: the node's parameters by name.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, values: dict[str, Any]) -> None:
         self._node = node
-        table = parameters.load_table()
-        values = parameters.declare(node, table)
-        node.add_on_set_parameters_callback(lambda changes: parameters.check(table, changes))
-        node.add_post_set_parameters_callback(self._parameters_changed)
-
         scene = rb.load_scene(values["scene"])
         world = scene.build()
         self._complaints = Complaints(node.get_logger().warning)
@@ -104,29 +102,52 @@ class Simulator:
             save=self._save,
         )
         self._subscribing = Subscribing(self._node, self.inputs, self.loop.commands)
-        self._services = Services(self._node, self.loop.commands)
+        self._services: list[Any] = [Services(self._node, self.loop.commands)]
         messages = load_messages()
         if messages is not None:
-            SimulationInterfaces(self.loop, self.publishing.perform, *messages).offer(self._node)
+            further = SimulationInterfaces(self.loop, self.publishing.perform, *messages)
+            further.offer(self._node)
+            self._services.append(further)
         self._thread = threading.Thread(target=self.loop.run, name="physics")
 
-    def start(self) -> None:
-        """Let the simulation run."""
-        self._subscribing.start()
-        self._thread.start()
+    def activate(self) -> None:
+        """Let the simulation run; it begins at the first call."""
+        if self._thread.ident is None:
+            self._subscribing.start()
+            self._thread.start()
+        else:
+            self.loop.commands.ask("hold", False)
 
-    def stop(self) -> BaseException | None:
+    def deactivate(self) -> None:
+        """Let time stand still until `activate`."""
+        self.loop.commands.ask("hold", True)
+
+    def close(self) -> BaseException | None:
         """End the simulation and close its log. Returns what broke it, if anything did."""
         self.loop.stop()
         if self._thread.is_alive():
             self._thread.join()
         self._subscribing.stop()
         self.publishing.finish()
+        error = self.loop.error
         try:
             self.recorder.close()
-        except (OSError, ValueError) as error:
-            return self.loop.error or error
-        return self.loop.error
+        except (OSError, ValueError) as failure:
+            error = error or failure
+        for part in (self._subscribing, self.publishing, *self._services):
+            part.destroy(self._node)
+        return error
+
+    def parameters_changed(self, changes: list[Parameter]) -> None:
+        """Parameters have new values, checked before."""
+        setters = {
+            "real_time_factor": self.pacer.set_factor,
+            "wrench_timeout": self.inputs.wrenches.set_timeout,
+            "cmd_vel_timeout": self.inputs.motions.set_timeout,
+        }
+        for change in changes:
+            if change.name in setters:
+                self.loop.commands.ask("set", setters[change.name], change.value)
 
     def _complain(self, key: str, text: str) -> None:
         self._complaints(key, text)
@@ -143,13 +164,3 @@ class Simulator:
         with open(path, "xb") as file:
             file.write(world.save())
         return str(path)
-
-    def _parameters_changed(self, changes: list[Parameter]) -> None:
-        setters = {
-            "real_time_factor": self.pacer.set_factor,
-            "wrench_timeout": self.inputs.wrenches.set_timeout,
-            "cmd_vel_timeout": self.inputs.motions.set_timeout,
-        }
-        for change in changes:
-            if change.name in setters:
-                self.loop.commands.ask("set", setters[change.name], change.value)

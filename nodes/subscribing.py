@@ -78,6 +78,11 @@ class Subscribing:
         if self._thread.is_alive():
             self._thread.join()
 
+    def destroy(self, node: Node) -> None:
+        """Take the subscriptions away; the thread has ended."""
+        for subscription in self._subscriptions:
+            node.destroy_subscription(subscription)
+
     def _never_called(self, data: bytes) -> None:
         raise AssertionError("input subscriptions are read by the input thread")
 
