@@ -141,7 +141,8 @@ class Finder {
 
   void touch_ball(const SurfaceTriangle& t, double radius, bool particle) {
     const double height = t.normal.dot(center_ - t.corner[0]);
-    if (height - radius > margin_ || height < -std::max(radius, margin_)) return;
+    // A centre farther behind than the radius came from the other side of a thin wall.
+    if (height - radius > margin_ || height < -std::max(radius, 1e-6 * data_.size)) return;
     const Nearest nearest = nearest_on(t, center_);
     ManifoldPoint p;
     p.feature_a = make_feature(particle ? FeatureType::VERTEX : FeatureType::SMOOTH, 0);
@@ -171,7 +172,7 @@ class Finder {
   }
 
   bool in_front(const SurfaceTriangle& t) const {
-    return t.normal.dot(center_ - t.corner[0]) >= -margin_;
+    return t.normal.dot(center_ - t.corner[0]) >= 0.0;
   }
 
   // Points of the shape against the face: the plane's manifold, cut to the triangle.

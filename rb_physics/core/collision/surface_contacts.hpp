@@ -7,8 +7,8 @@
 // vertex of the surface touches only where the surface is convex (or ends) and only with a normal
 // between those of its faces: the feature's Voronoi region. Flat and concave edges never touch.
 //
-// The surface is one-sided: solid behind. A shape whose centre is behind a triangle (by more than
-// the margin) doesn't touch it.
+// The surface is one-sided: solid behind. A shape whose centre is behind a triangle
+// doesn't touch it (a ball: by more than its radius).
 #pragma once
 
 #include <vector>

@@ -97,7 +97,15 @@ double IslandAdvance::next_contact_time(double tau) {
       continue;
     }
     if (closing_bound(pair, earliest) < touch) continue;  // at rest
-    // Touching already: another feature of the pair may come down.
+    // Touching already: another feature of the pair may come down. A body that travels far or spins fast
+    // may part, strike again and be through a thin wall before the end of the interval.
+    if (closing_bound(pair, earliest) > 0.25 * size) {
+      const auto strike = impact_of_pair(pair, earliest);
+      if (strike && *strike > 0.0 && *strike < earliest) {
+        earliest = *strike;
+        continue;
+      }
+    }
     double high = earliest;
     double g_high = approach_of_pair(pair, high);
     if (!(g_high < -touch)) continue;
