@@ -80,6 +80,7 @@ sanitize: $(VENV)/installed-test build
 bench: $(VENV)/installed-bench build
 	$(PY) -m benchmarks.broad_phase
 	$(PY) -m benchmarks.geometry
+	$(PY) -m benchmarks.recording
 
 bench-node: $(VENV)/installed-bench build
 	$(PY) -m benchmarks.node_loop

@@ -74,6 +74,8 @@ class Diagnostics:
         values: dict[str, object] = dict(self._recorder.counters)
         if error is not None:
             return ERROR, "sim_node: log", str(error), "", values
+        if self._recorder.view_error is not None:
+            return WARN, "sim_node: log", self._recorder.view_error, "", values
         directory = self._recorder.directory
         text = f"recording to {directory}" if directory is not None else "not recording"
         return OK, "sim_node: log", text, "", values

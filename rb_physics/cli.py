@@ -275,6 +275,8 @@ def _simulate_recorded(world: World, steps: int, scene: Scene, folder: Path, rer
             progress(count)
             if recorder.error is not None:
                 raise RecordingError(f"recording stopped at {world.time:g} s: {recorder.error}")
+    if recorder.view_error is not None:
+        click.echo(f"{recorder.view_error}; the bag is complete", err=True)
 
 
 def _report(world: World, steps: int, elapsed: float) -> None:

@@ -5,29 +5,58 @@ from __future__ import annotations
 import os
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
-from typing import IO, Any, NamedTuple, cast
+from typing import IO, Any, NamedTuple
 
 import yaml
 
 from .mcap_log import RecordingError
 
 _RECORD_LIMIT = 256 * 1024 * 1024  # bytes one record of a file may claim
+_MAGIC = b"\x89MCAP0\r\n"
+_RECORD_HEAD = struct.Struct("<BQ")  # of the MCAP specification: opcode, length
+_MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, sequence, log_time, publish_time
+_DAMAGE = (ValueError, struct.error)  # what damaged bytes lead to, beside mcap's own McapError
 _METADATA_LIMIT = 64 * 1024 * 1024  # bytes of metadata.yaml
 
 
-class _Bounded:
-    """A file whose damaged lengths can't ask for more memory than the file is long."""
+def _top_level_records(file: IO[bytes]) -> Iterator[Any]:
+    """The records that matter here; indexes are passed over unread, which is most of the work.
 
-    def __init__(self, file: IO[bytes]) -> None:
-        self._file = file
-        self._size = os.fstat(file.fileno()).st_size
+    Ends behind the footer. Raises ValueError, struct.error or McapError where the file is torn or
+    damaged; never asks for more memory than the file is long.
+    """
+    from mcap import records
+    from mcap.data_stream import ReadDataStream
+    from mcap.opcode import Opcode
 
-    def read(self, size: int = -1) -> bytes:
-        left = self._size - self._file.tell()
-        return self._file.read(left if size < 0 else min(size, left))
+    kinds: dict[int, Any] = {
+        Opcode.ATTACHMENT: records.Attachment,
+        Opcode.CHANNEL: records.Channel,
+        Opcode.CHUNK: records.Chunk,
+        Opcode.FOOTER: records.Footer,
+        Opcode.METADATA: records.Metadata,
+        Opcode.SCHEMA: records.Schema,
+    }
+    size = os.fstat(file.fileno()).st_size
+    if file.read(len(_MAGIC)) != _MAGIC:
+        raise ValueError("not an MCAP file")
+    while True:
+        opcode, length = _RECORD_HEAD.unpack(file.read(_RECORD_HEAD.size))
+        if length > min(_RECORD_LIMIT, size - file.tell()):
+            raise ValueError(f"a record claims {length} bytes")
+        if opcode == Opcode.MESSAGE:
+            stream = ReadDataStream(BytesIO(file.read(length)))
+            yield records.Message.read(stream, length)
+        elif opcode in kinds:
+            yield kinds[opcode].read(ReadDataStream(BytesIO(file.read(length))))
+            if opcode == Opcode.FOOTER:
+                return
+        else:
+            file.seek(length, os.SEEK_CUR)
 
 
 def _decompressed(chunk: Any) -> Any:
@@ -69,6 +98,32 @@ class LogMessage(NamedTuple):
     data: bytes
 
 
+def _messages_of_chunk(
+    data: bytes, channels: dict[int, tuple[str, str] | None], learn: Callable[[Any], None]
+) -> Iterator[LogMessage]:
+    """The wanted messages; the others are passed over without making objects of them."""
+    from mcap.data_stream import ReadDataStream
+    from mcap.opcode import Opcode
+    from mcap.records import Channel, Schema
+
+    position, end = 0, len(data)
+    while position < end:
+        opcode, length = _RECORD_HEAD.unpack_from(data, position)
+        start = position + _RECORD_HEAD.size
+        position = start + length
+        if position > end:
+            raise ValueError("a record is longer than its chunk")
+        if opcode == Opcode.MESSAGE:
+            channel, sequence, log_time, _ = _MESSAGE_HEAD.unpack_from(data, start)
+            known = channels.get(channel)
+            if known is not None:
+                content = data[start + _MESSAGE_HEAD.size : position]
+                yield LogMessage(*known, log_time, sequence, content)
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            stream = ReadDataStream(BytesIO(data[start:position]))
+            learn((Schema if opcode == Opcode.SCHEMA else Channel).read(stream))
+
+
 class Recording:
     """A bag folder. Raises RecordingError when it isn't one."""
 
@@ -88,7 +143,8 @@ class Recording:
         try:
             if path.stat().st_size > _METADATA_LIMIT:
                 raise RecordingError(f"{path} is too large to be a bag's metadata")
-            content = yaml.safe_load(path.read_text(encoding="utf-8"))
+            loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the fast one where it is built
+            content = yaml.load(path.read_text(encoding="utf-8"), Loader=loader)
         except FileNotFoundError:
             return {}
         except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
@@ -130,35 +186,44 @@ class Recording:
         Raises RecordingError for a damaged chunk, or skips and counts it in `damaged_chunks`.
         """
         from mcap.exceptions import McapError
+        from mcap.records import Chunk
+        from mcap.stream_reader import breakup_chunk
+
+        for path, record in self._whole_records(skip_damaged):
+            if not isinstance(record, Chunk):
+                yield path, record
+                continue
+            try:
+                parts = breakup_chunk(record)
+            except (McapError, *_DAMAGE) as error:
+                self._damaged(path, skip_damaged, error)
+                continue
+            for part in parts:
+                yield path, part
+
+    def _whole_records(self, skip_damaged: bool) -> Iterator[tuple[Path, Any]]:
+        """As `records`, with chunks as uncompressed but not taken apart."""
+        from mcap.exceptions import McapError
         from mcap.records import Chunk, Footer
-        from mcap.stream_reader import StreamReader, breakup_chunk
 
         self.torn, self.torn_bytes, self.damaged_chunks = [], 0, 0
         for path in self.files:
             complete, good = False, 0
             try:
                 with open(path, "rb") as file:
-                    reader = StreamReader(
-                        cast(IO[bytes], _Bounded(file)),
-                        emit_chunks=True,
-                        record_size_limit=_RECORD_LIMIT,
-                    )
-                    for record in reader.records:
+                    for record in _top_level_records(file):
                         good = file.tell()
                         complete = isinstance(record, Footer)
-                        if not isinstance(record, Chunk):
-                            yield path, record
-                            continue
-                        try:
-                            parts = breakup_chunk(_decompressed(record), validate_crc=False)
-                        except (McapError, ValueError, struct.error, UnicodeDecodeError) as error:
-                            self._damaged(path, good, skip_damaged, error)
-                            continue
-                        for part in parts:
-                            yield path, part
+                        if isinstance(record, Chunk):
+                            try:
+                                record = _decompressed(record)
+                            except _DAMAGE as error:
+                                self._damaged(path, skip_damaged, error)
+                                continue
+                        yield path, record
             except OSError as error:
                 raise RecordingError(f"{path} can't be read: {error.strerror}") from None
-            except (McapError, ValueError, struct.error, UnicodeDecodeError) as error:
+            except (McapError, *_DAMAGE) as error:
                 if isinstance(error, RecordingError):
                     raise
                 complete = False
@@ -166,34 +231,47 @@ class Recording:
                 self.torn.append(path)
                 self.torn_bytes += path.stat().st_size - good
 
-    def _damaged(self, path: Path, end: int, skip: bool, error: Exception) -> None:
+    def _damaged(self, path: Path, skip: bool, error: Exception) -> None:
         if not skip:
             raise RecordingError(
-                f"{path} is damaged in the chunk before byte {end} ({error}): "
-                f"`rb_physics recover {self.directory}` keeps the rest"
+                f"a chunk of {path} is damaged ({error}): `rb_physics recover {self.directory}` "
+                "keeps the rest"
             )
         self.damaged_chunks += 1
 
     def messages(self, topics: set[str] | None = None) -> Iterator[LogMessage]:
         """Every message in the order of the log; `topics` None: all."""
-        from mcap.records import Channel, Message, Schema
+        from mcap.exceptions import McapError
+        from mcap.records import Channel, Chunk, Message, Schema
 
         current: Path | None = None
         schemas: dict[int, str] = {}
         channels: dict[int, tuple[str, str] | None] = {}
-        for path, record in self.records():
-            if path != current:
-                current, schemas, channels = path, {}, {}
-            if isinstance(record, Message):
-                known = channels.get(record.channel_id)
-                if known is not None:
-                    yield LogMessage(*known, record.log_time, record.sequence, record.data)
+
+        def learn(record: Any) -> None:
+            if isinstance(record, Schema):
+                schemas[record.id] = record.name
             elif isinstance(record, Channel):
                 wanted = topics is None or record.topic in topics
                 name = schemas.get(record.schema_id, "")
                 channels[record.id] = (record.topic, name) if wanted else None
-            elif isinstance(record, Schema):
-                schemas[record.id] = record.name
+
+        for path, record in self._whole_records(False):
+            if path != current:
+                current = path
+                schemas.clear()
+                channels.clear()
+            if isinstance(record, Chunk):
+                try:
+                    yield from _messages_of_chunk(record.data, channels, learn)
+                except (McapError, *_DAMAGE) as error:
+                    self._damaged(path, False, error)
+            elif isinstance(record, Message):
+                known = channels.get(record.channel_id)
+                if known is not None:
+                    yield LogMessage(*known, record.log_time, record.sequence, record.data)
+            else:
+                learn(record)
 
     def attachments(self) -> dict[str, bytes]:
         """Of the first file, up to its first message."""

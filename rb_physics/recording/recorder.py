@@ -104,7 +104,8 @@ class Recorder:
         if rerun != "off":
             from . import rerun_log
 
-            rerun_log.require()  # before the folder exists: a missing Rerun leaves nothing behind
+            # Before the folder exists: a missing Rerun or viewer leaves nothing behind.
+            rerun_log.require(live=rerun == "live")
         self._log = McapLog(folder, custom_data=notes, attachments=attachments, **log_options)
         if rerun != "off":
             gravity = float(np.linalg.norm(world.settings.gravity))
@@ -194,6 +195,11 @@ class Recorder:
     def error(self) -> str | None:
         """Why recording stopped, as one sentence; None while it works (or nothing is recorded)."""
         return self._log.error if self._log is not None else None
+
+    @property
+    def view_error(self) -> str | None:
+        """Why the Rerun view stopped, as one sentence; the bag goes on without it."""
+        return self._view.error if self._view is not None else None
 
     @property
     def counters(self) -> dict[str, int]:

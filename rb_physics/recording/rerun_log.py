@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import socket
 import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -30,12 +31,13 @@ from .rerun_shapes import NAMED_BODIES, ShapeEntities
 _BATCH = 25  # samples sent at once
 _MAX_RATE = 100.0  # Hz; more is thinned out in the view, never in the bag
 _PLOTTED_BODIES = 12  # contact-force curves; beyond, only the sum of all is plotted
+_VIEWER_PORT = 9876  # where a Rerun viewer listens unless told otherwise
 _FLOOR = 1e-18  # residual and penetration are drawn as logarithms no smaller than that
 _QUEUE_BYTES = 32 * 1024 * 1024
 
 
-def require() -> Any:
-    """The rerun module. Raises RecordingError with what to do when it is missing."""
+def require(live: bool = False) -> Any:
+    """The rerun module. Raises RecordingError when it, or the viewer of a live view, is missing."""
     try:
         import rerun
     except ImportError:
@@ -43,7 +45,20 @@ def require() -> Any:
             "the Rerun view needs the rerun-sdk package: pip install rerun-sdk (with NumPy 2), or "
             "record the bag only and view it from another environment"
         ) from None
+    if live:
+        _require_viewer()
     return rerun
+
+
+def _require_viewer() -> None:
+    """Raises RecordingError when no viewer listens: Rerun itself would only stall."""
+    try:
+        socket.create_connection(("127.0.0.1", _VIEWER_PORT), timeout=1.0).close()
+    except OSError:
+        raise RecordingError(
+            f"no Rerun viewer listens on port {_VIEWER_PORT} for the live view: start one first "
+            "with the command `rerun`"
+        ) from None
 
 
 class _Columns:
@@ -82,7 +97,7 @@ class RerunLog:
 
         Raises RecordingError.
         """
-        rr = require()
+        rr = require(live)
         if layout not in BLUEPRINTS:
             raise RecordingError(f"layout {layout!r} is not one of {', '.join(BLUEPRINTS)}")
         self._layout = layout
@@ -235,6 +250,8 @@ class RerunLog:
             self._scalar(f"plots/solver/{name}", time_ns, math.log10(max(values[value], _FLOOR)))
 
     def _take_contact_wrench(self, body: str | None, time_ns: int, data: bytes) -> None:
+        if body not in self._plotted and len(self._bodies) > NAMED_BODIES:
+            return
         force = float(np.linalg.norm(decoders.decode_wrench_stamped(data).values[:3]))
         if body in self._plotted:
             self._scalar(f"plots/contact_force/{body}", time_ns, force)

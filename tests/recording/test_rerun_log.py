@@ -156,6 +156,26 @@ def test_rendered_without_a_screen(run, tmp_path, layout):
     assert np.sum((blue > 150) & (red < 60) & (green < 130)) > 50
 
 
+def test_live_view_without_a_viewer_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr("rb_physics.recording.rerun_log._VIEWER_PORT", 1)  # nobody listens there
+    with pytest.raises(RecordingError, match="no Rerun viewer listens on port 1 .*`rerun`"):
+        Recorder(rb.World(), tmp_path / "run", rerun="live")
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_view_that_breaks_does_not_stop_the_bag(tmp_path):
+    world = rb.World()
+    world.add_body(rb.Sphere(0.1), mass=1.0, name="ball")
+    with Recorder(world, tmp_path / "run", rerun="file") as recorder:
+        recorder._view.write([("bodies", None, 0, b"not a message")])
+        for _ in range(50):
+            world.step()
+            recorder.after_step()
+    assert recorder.error is None
+    assert "the Rerun view stopped" in (recorder.view_error or "")
+    assert recorder.counters["messages"] > 10
+
+
 def test_unknown_layout_says_what_is_known(run, tmp_path):
     with pytest.raises(RecordingError, match="not one of overview, contact, debug"):
         write_rrd(run, tmp_path / "x.rrd", layout="fancy")
