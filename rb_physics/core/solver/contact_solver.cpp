@@ -14,8 +14,6 @@ namespace {
 
 constexpr int kFirstSweeps = 5;   // find most of the active set
 constexpr int kRetrySweeps = 60;  // before another Newton attempt
-constexpr int kNewtonAttempts = 8;
-constexpr double kIllConditioned = 1e-10;
 constexpr double kSoftness = 1e-8;
 
 struct Solve {
@@ -121,9 +119,9 @@ struct Solve {
   void solve_direct() {
     sweep(kFirstSweeps);
     measure();
-    for (int k = 0; k < kNewtonAttempts && report.residual > target && !out_of_work(); ++k) {
-      // A few parts in 1e11 are the rounding of an ill-conditioned island: no use to insist.
-      if (k >= 2 && report.residual <= kIllConditioned) break;
+    for (int k = 0; k < settings.newton_attempts && report.residual > target && !out_of_work(); ++k) {
+      // What is left is the rounding of an ill-conditioned island: no use to insist.
+      if (k >= 2 && report.residual <= settings.enough) break;
       if (k > 0) sweep(kRetrySweeps << (k - 1));
       newton();
       measure();

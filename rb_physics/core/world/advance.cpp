@@ -170,9 +170,19 @@ void IslandAdvance::build_midpoint(const BodyIndex& index, double tau) {
   }
 }
 
+SolverSettings IslandAdvance::solver_settings() const {
+  SolverSettings settings;
+  settings.tolerance = world_.settings.tolerance;
+  settings.max_work = world_.settings.max_work;
+  settings.enough = 1e-9;  // a tenth of what any island may report
+  settings.newton_attempts = 4;
+  return settings;
+}
+
 void IslandAdvance::strike() {
   StepWorkspace& work = world_.work;
   bool struck = false;
+  bool rebounds = false;
   active_.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (contacts[i].touching()) active_.push_back(static_cast<std::int32_t>(i));
@@ -187,11 +197,27 @@ void IslandAdvance::strike() {
     const double approach = -relative_velocity(k, work.problem.velocity).x();
     // Even a slow approach is met at once, without rebound: spread over the step it would overlap.
     if (approach > tolerance::resting_speed) struck = true;
-    if (k.restitution * approach <= rest_speed(c)) k.restitution = 0.0;  // the Zeno rule
+    rebounds |= k.restitution * approach > rest_speed(c);
   }
   if (!struck) return;
-  const ImpactReport report =
-      apply_impact(work.problem, world_.settings.impact_law, work.solution, work.solver);
+  // The Zeno rule. Where anything rebounds, contacts that rest now may be struck next: they keep
+  // their restitution.
+  if (!rebounds) {
+    for (ContactConstraint& k : work.problem.contacts) k.restitution = 0.0;
+  }
+  ImpactReport report;
+  if (rebounds) {
+    report = apply_impact(work.problem, world_.settings.impact_law, work.solution, work.solver);
+  } else {
+    // Without rebound all laws agree: the velocities nearest to v- that approach nowhere.
+    work.solution.impulse.clear();
+    work.solution.moment.clear();
+    work.solution.certificate.clear();
+    const SolveReport plain =
+        solve_contacts(work.problem, solver_settings(), work.solution, work.solver);
+    report.residual = plain.residual;
+    report.iterations = plain.sweeps + plain.newton_steps;
+  }
   ++stats.impacts;
   stats.residual = std::fmax(stats.residual, report.residual);
   stats.iterations += report.iterations;
@@ -267,10 +293,7 @@ void IslandAdvance::carry(double tau, bool far_too) {
   solution.certificate.resize(rows_.size());
   for (std::size_t k = 0; k < rows_.size(); ++k)
     solution.certificate[k] = tau * world_.bodies[rows_[k]].certificate;
-  SolverSettings settings;
-  settings.tolerance = world_.settings.tolerance;
-  settings.max_work = world_.settings.max_work;
-  const SolveReport report = solve_contacts(problem, settings, solution, work.solver);
+  const SolveReport report = solve_contacts(problem, solver_settings(), solution, work.solver);
   stats.residual = std::fmax(stats.residual, report.residual);
   stats.iterations += report.sweeps + report.newton_steps;
   if (report.work_exhausted) ++stats.capped;

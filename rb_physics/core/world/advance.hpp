@@ -62,6 +62,7 @@ class IslandAdvance {
   std::optional<double> impact_of_pair(const ColliderPair& pair, double t_max) const;
   double closing_bound(const ColliderPair& pair, double t) const;
   double approach_of_pair(const ColliderPair& pair, double t);
+  SolverSettings solver_settings() const;
   double rest_speed(const Contact& c) const;
   void add_impulse(Contact& c, const ContactConstraint& k, const Vec3& impulse, const Vec3& moment);
   bool turning(double tau) const;
