@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "collision/extent.hpp"
+#include "collision/iteration_caps.hpp"
 #include "collision/queries.hpp"
 #include "collision/surface_contacts.hpp"
 #include "collision/sweep.hpp"
@@ -25,7 +26,8 @@
 namespace rb {
 namespace {
 
-constexpr int max_distance_queries = 400;
+constexpr int max_distance_queries =
+    2000;  // usually ten to twenty; surfaces that roll along each other
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 // Radius of what turning about `center` (body coordinates) can move: a ball only by its own centre.
@@ -156,10 +158,14 @@ class Search {
     while (t_ < pair_.t_max() && !result_.time) {
       if (result_.iterations >= max_distance_queries) {
         result_.converged = false;
+        count_iteration_cap();
         result_.time = t_;
         break;
       }
+      const double before = t_;
       advance();
+      // Steps below the resolution of time: the gap can't be told from zero.
+      if (!result_.time && !(t_ > before)) result_.time = t_;
     }
     return result_;
   }
