@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-pytestmark = pytest.mark.soak
+pytestmark = [pytest.mark.soak, pytest.mark.timeout(3600)]  # each compiles the whole core
 
 # Waits for simulated time to pass 0.1 s; prints where the package came from.
 WATCH = """
