@@ -93,6 +93,10 @@ def recover(recording: str | Path) -> Recovered:
         custom |= {"recovered_from": source.name, "torn_bytes": str(log.torn_bytes)}
         writer.add_metadata("rb_physics_recovered", custom)
         writer.finish()
+    if info.message_count == 0:
+        (target / info.path).unlink()
+        target.rmdir()
+        raise RecordingError(f"{source} holds no whole message: there is nothing to recover")
     listed = [
         (record.topic, type_name, _qos(record.metadata), counts[channel])
         for channel, (record, type_name) in topics.items()

@@ -71,7 +71,8 @@ class Run:
         self.log = log = Recording(recording)
         self.notes = notes = log.custom_data
         if "format_version" not in notes:
-            raise RecordingError(f"{log.directory} was not made by rb_physics")
+            what = "is empty or damaged at its start" if log.torn else "was not made by rb_physics"
+            raise RecordingError(f"{log.directory} {what}")
         if not notes["format_version"].isdigit() or int(notes["format_version"]) > FORMAT_VERSION:
             raise RecordingError(
                 f"{log.directory} has format version {notes['format_version']}; this rb_physics "

@@ -9,6 +9,7 @@ import numpy as np
 
 from . import decoders
 from .log_reader import Recording
+from .mcap_log import RecordingError
 from .outputs import TOTALS
 from .topics import CONTENT
 
@@ -41,6 +42,8 @@ def summary(recording: str | Path) -> str:
             events.append((message.log_time, decoders.decode_string(message.data)))
         elif message.topic == namespace + "snapshots":
             snapshots += 1
+    if not counts:
+        raise RecordingError(f"{log.directory} holds no messages: it is empty or damaged")
     lines = [f"recording   {log.directory}"]
     state = "finished" if not log.torn else "torn off: `rb_physics recover` makes a whole copy"
     stopped = notes.get("stopped")

@@ -74,7 +74,14 @@ def test_torn_anywhere_it_recovers_or_says_why(tmp_path):
     size = (tmp_path / "run" / "run_0.mcap").stat().st_size
     last = 0
     for length in [0, 1, 7, 8, 9, 30, *range(100, size, max(1, size // 25)), size - 1]:
-        result = recover(torn(tmp_path, length))
+        copy = torn(tmp_path, length)
+        try:
+            result = recover(copy)
+        except RecordingError as error:
+            assert "holds no whole message" in str(error)
+            assert not (tmp_path / "torn_recovered").exists()
+            assert last == 0
+            continue
         assert result.messages >= last
         last = result.messages
         found = list(Recording(result.directory).messages())
@@ -116,6 +123,14 @@ def test_decompression_bombs_are_bounded(tmp_path):
 
 
 def test_folders_that_are_no_recordings_say_so(tmp_path):
+    (tmp_path / "zero").mkdir()
+    (tmp_path / "zero" / "zero_0.mcap").write_bytes(b"")
+    with pytest.raises(RecordingError, match="holds no whole message"):
+        recover(tmp_path / "zero")
+    with pytest.raises(RecordingError, match="holds no messages"):
+        summary(tmp_path / "zero")
+    with pytest.raises(RecordingError, match="empty or damaged at its start"):
+        verify(tmp_path / "zero")
     with pytest.raises(RecordingError, match="does not exist"):
         recover(tmp_path / "none")
     (tmp_path / "empty").mkdir()
