@@ -157,10 +157,10 @@ WRITER = textwrap.dedent(
 )
 
 
-def kill_and_recover(directory, until_step: int) -> None:
+def kill_and_recover(directory, until_step: int, scene: str = SCENE) -> None:
     """Kills a real-time 1 kHz run at a step, recovers and verifies it."""
     process = subprocess.Popen(
-        [sys.executable, "-c", WRITER, str(directory), SCENE], stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", WRITER, str(directory), scene], stdout=subprocess.PIPE, text=True
     )
     seen = 0
     while seen < until_step:
@@ -183,7 +183,8 @@ def test_killed_run_recovers_and_verifies(tmp_path):
 @pytest.mark.soak
 @pytest.mark.parametrize("attempt", range(100))
 def test_killed_at_any_moment(tmp_path, attempt):
-    kill_and_recover(tmp_path / "run", 200 + (attempt * 7919) % 1500)
+    scene = rb.load_scene("hundred_bodies").to_yaml()
+    kill_and_recover(tmp_path / "run", 200 + (attempt * 7919) % 1500, scene)
 
 
 def damage(directory, seed: int) -> None:
