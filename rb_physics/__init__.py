@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from . import _core
 from ._core import (
     Box,
     Capsule,
@@ -51,8 +50,8 @@ __all__ = [
     "Box",
     "Capsule",
     "Compound",
-    "ContactKinematics",
     "ContactKind",
+    "ContactKinematics",
     "ContactState",
     "ConvexHull",
     "Cylinder",

@@ -582,7 +582,9 @@ class solver:
         __members__: ClassVar[dict[str, solver.LcpMethod]]
 
     @staticmethod
-    def apply_impact(problem: ContactProblem, law: ImpactLaw) -> tuple[ContactSolution, ImpactReport]: ...
+    def apply_impact(
+        problem: ContactProblem, law: ImpactLaw
+    ) -> tuple[ContactSolution, ImpactReport]: ...
     @staticmethod
     def lcp_lemke(m: ArrayLike, q: ArrayLike) -> LcpResult: ...
     @staticmethod
