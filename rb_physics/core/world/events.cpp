@@ -99,11 +99,20 @@ double IslandAdvance::next_contact_time(double tau) {
     if (closing_bound(pair, earliest) < touch) continue;  // at rest
     // Touching already: another feature of the pair may come down. A body that travels far or spins fast
     // may part, strike again and be through a thin wall before the end of the interval.
-    if (closing_bound(pair, earliest) > 0.25 * size) {
+    const double bound = closing_bound(pair, earliest);
+    if (bound > 0.25 * size) {
       const auto strike = impact_of_pair(pair, earliest);
-      if (strike && *strike > 0.0 && *strike < earliest) {
-        earliest = *strike;
-        continue;
+      if (strike && *strike < earliest) {
+        if (*strike > 0.0) {
+          earliest = *strike;
+          continue;
+        }
+        // Closing at once: a feature just beyond the touch distance. Nothing can close it sooner than this.
+        const double gap = approach_of_pair(pair, 0.0);
+        if (gap > 0.0 && std::isfinite(gap)) {
+          earliest = std::fmin(earliest, earliest * (gap + touch) / bound);
+          continue;
+        }
       }
     }
     double high = earliest;
