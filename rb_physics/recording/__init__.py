@@ -30,9 +30,20 @@ No ROS is needed here. The node publishes the very bytes that are logged. The wh
 no second path. Raises `RecordingError` (a ValueError with one clear sentence) when the folder
 exists or can't be written, `TopicError` for a bad topics file.
 
-Files: cdr, encoders, decoders (messages), definitions (their types), topics (the table), outputs
-(world -> messages), operations (changes of the world), mcap_log and rosbag2 (the bag), rerun_log
-(the view), recorder (all of it together), log_reader, replay, recover, summary, render.
+All methods are called from the thread that steps the world.
+
+======================  =========================================================================
+cdr encoders decoders   messages as bytes; definitions: their types and type hashes
+topics outputs          the topics table; the state of a world as (topic, bytes)
+geometry markers urdf   what bodies look like; palette: colours and arrow lengths
+operations              every change of a world from outside, as data
+message_queue mcap_log  the bag and its writer thread; rosbag2: what makes it a bag
+rerun_log               the view; rerun_shapes, rerun_blueprint: its entities and layouts
+recorder                all of it together
+log_reader summary      reading a bag back; recover: a whole one from a torn one
+replay branch compare   doing a run again, going on from one of its moments, finding differences
+tables export plot      columns for other tools; render: pictures of the view
+======================  =========================================================================
 """
 
 from .mcap_log import RecordingError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -126,6 +127,16 @@ def test_folder_that_cannot_be_made_is_refused(tmp_path):
     (tmp_path / "file").write_text("not a folder")
     with pytest.raises(RecordingError, match=r"can't be made .*choose a folder you may write to"):
         McapLog(tmp_path / "file" / "run")
+
+
+def test_vanished_folder_ends_in_a_sentence(tmp_path):
+    log = record(tmp_path / "run")
+    shutil.rmtree(tmp_path / "run")
+    log.close()
+    assert log.error is not None
+    assert "recording stopped" in log.error
+    assert log.counters["file_bytes"] == 0
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize("option", [{"compression": "rar"}, {"policy": "hope"}])
