@@ -14,6 +14,7 @@ from rb_physics.recording.mcap_log import Attachment, McapLog
 from rb_physics.recording.message_queue import Entry
 from rb_physics.recording.replay import verify
 from rb_physics.recording.topics import Qos
+from rb_physics.resources import packaged_scenes
 
 SCENE = """
 dt: 0.002
@@ -197,3 +198,14 @@ def test_notes_hold_the_settings(tmp_path):
     settings = json.loads(Recording(tmp_path / "run").custom_data["settings"])
     assert settings["dt"] == 0.002
     assert settings["stepper"] == "fixed"
+
+
+@pytest.mark.parametrize("name", packaged_scenes())
+def test_every_packaged_scene_repeats(tmp_path, name):
+    scene = rb.load_scene(name)
+    world = scene.build()
+    with Recorder(world, tmp_path / "run", scene=scene) as recorder:
+        for _ in range(15):
+            world.step(10)
+            recorder.after_step()
+    assert verify(tmp_path / "run", threads=2).difference is None
