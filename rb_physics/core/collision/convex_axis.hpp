@@ -53,8 +53,14 @@ class AxisSearch {
       if (!axis.certain) axis.separation = proven;
       return axis;
     }
-    const EpaResult overlap = epa(a_, b_, nearest.simplex, 1e-10 * size_);
-    if (overlap.capped) count_iteration_cap();
+    EpaResult overlap = epa(a_, b_, nearest.simplex, 1e-10 * size_);
+    if (overlap.capped || overlap.gap > 1e-9 * size_) {
+      // A sliver to start from, or one met on the way: once more from far points. Any depth found
+      // is one that parts the sets, so the lesser is the better.
+      const EpaResult again = epa(a_, b_, Simplex{}, 1e-10 * size_);
+      if (again.capped) count_iteration_cap();
+      if (again.depth < overlap.depth) overlap = again;
+    }
     axis.normal = overlap.normal;
     axis.separation = -overlap.depth;
     return axis;
