@@ -124,9 +124,12 @@ class RerunLog:
         self._forces: dict[str, float] = {}  # N, of bodies since the last sample of contacts
         self._touch_time = 0  # ns, of that sample
         self._has_blueprint = False
+        self._passed_over: set[str] = set()  # bodies whose contact wrenches aren't shown
 
     def feed(self, content: str, body: str | None, time_ns: int, data: bytes) -> None:
         """One message of the log, by what it carries (`Topic.content`) and its body."""
+        if body in self._passed_over and content == "contact_wrench":
+            return
         take = getattr(self, f"_take_{content}", None)
         if take is None:
             return
@@ -160,6 +163,9 @@ class RerunLog:
         moving = [row for row, b in enumerate(self._bodies) if b.type != "static"]
         self._moving = moving if len(moving) <= NAMED_BODIES else []
         self._touching: set[tuple[int, int]] | None = None
+        many = len(self._bodies) > NAMED_BODIES
+        names = {b.name for b in self._bodies if many}
+        self._passed_over = names - set(self._plotted)
         self._shapes = None
         self._style()
 
@@ -250,8 +256,6 @@ class RerunLog:
             self._scalar(f"plots/solver/{name}", time_ns, math.log10(max(values[value], _FLOOR)))
 
     def _take_contact_wrench(self, body: str | None, time_ns: int, data: bytes) -> None:
-        if body not in self._plotted and len(self._bodies) > NAMED_BODIES:
-            return
         force = float(np.linalg.norm(decoders.decode_wrench_stamped(data).values[:3]))
         if body in self._plotted:
             self._scalar(f"plots/contact_force/{body}", time_ns, force)
