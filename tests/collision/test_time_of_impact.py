@@ -218,11 +218,13 @@ def compare_with_time_stepping(a, motion_a, b, motion_b, steps=200, t_max=1.0):
     def gap(t):
         return _core.distance(a, *motion_a.at(t), b, *motion_b.at(t))[0]
 
-    found = impact(a, motion_a, b, motion_b, t_max)
+    found, _, converged = _core.time_of_impact(a, motion_a, b, motion_b, t_max)
     for t in np.linspace(0, t_max if found is None else found, steps)[
         : None if found is None else -1
     ]:
         assert gap(t) > 0, (t, found)
+    if not converged:  # says so, and up to the time it gives nothing met
+        return None
     if found is not None:
         # The distance of polytopes and balls is exact to rounding; that of cylinders nearly touching is
         # good to 1e-7, and wrong at single poses: look a little beside, too.
@@ -233,14 +235,16 @@ def compare_with_time_stepping(a, motion_a, b, motion_b, steps=200, t_max=1.0):
 
 
 def test_no_impact_is_missed():
-    hits = sum(compare_with_time_stepping(*case) for case in trajectories(0, 500))
-    assert 100 < hits < 500  # both outcomes were met
+    outcomes = [compare_with_time_stepping(*case) for case in trajectories(0, 500)]
+    assert None not in outcomes
+    assert 100 < sum(outcomes) < 500  # both outcomes were met
 
 
 @pytest.mark.soak
 def test_no_impact_is_missed_in_many_trajectories():
-    hits = sum(compare_with_time_stepping(*case) for case in trajectories(1, 100_000))
-    assert 20_000 < hits < 100_000
+    outcomes = [compare_with_time_stepping(*case) for case in trajectories(1, 100_000)]
+    assert outcomes.count(None) <= 50  # surfaces that roll along each other for long
+    assert 20_000 < outcomes.count(True) < 100_000
 
 
 @pytest.mark.parametrize("spin", [0.0, 1000.0])

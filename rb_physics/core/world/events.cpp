@@ -97,8 +97,8 @@ double IslandAdvance::next_contact_time(double tau) {
       continue;
     }
     if (closing_bound(pair, earliest) < touch) continue;  // at rest
-    // Touching already: another feature of the pair may come down. A body that travels far or spins fast
-    // may part, strike again and be through a thin wall before the end of the interval.
+    // Touching already: another feature of the pair may come down. A body that travels far or spins
+    // fast may part, strike again and be through a thin wall before the end of the interval.
     const double bound = closing_bound(pair, earliest);
     if (bound > 0.25 * size) {
       const auto strike = impact_of_pair(pair, earliest);
@@ -107,7 +107,8 @@ double IslandAdvance::next_contact_time(double tau) {
           earliest = *strike;
           continue;
         }
-        // Closing at once: a feature just beyond the touch distance. Nothing can close it sooner than this.
+        // Closing at once: a feature just beyond the touch distance. Nothing can close it sooner
+        // than this.
         const double gap = approach_of_pair(pair, 0.0);
         if (gap > 0.0 && std::isfinite(gap)) {
           earliest = std::fmin(earliest, earliest * (gap + touch) / bound);
