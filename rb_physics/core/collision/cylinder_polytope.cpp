@@ -60,8 +60,11 @@ ConvexAxis find_axis(const PlacedCylinder& a, const Polytope& b, double size, do
 std::uint32_t facing_feature(const Polytope& b, const Vec3& normal, int vertex, Vec3& along) {
   std::uint32_t feature = make_feature(FeatureType::VERTEX, vertex);
   along = Vec3::Zero();
+  double least_slope = tolerance::parallel;
   for_each_edge_from(b, vertex, [&](int other, const Vec3& edge) {
-    if (std::abs(normal.dot(edge)) > tolerance::parallel * edge.norm()) return;
+    const double slope = std::abs(normal.dot(edge)) / edge.norm();
+    if (!(slope <= least_slope)) return;
+    least_slope = slope;
     const int ends[2] = {vertex, other};
     feature = b.feature_of(ends, 2);
     along = edge;
