@@ -56,3 +56,32 @@ def test_bad_contact_is_named():
     arrays["friction"][2] = -0.1
     with pytest.raises(ValueError, match="contact 2: friction"):
         solver.ContactProblem(**arrays)
+
+
+@pytest.mark.parametrize("count", [10, 30])
+@pytest.mark.parametrize("case", ["struck", "sliding", "stirred"])
+def test_tower_in_motion_meets_the_residual(count, case):
+    # The weak spot of the fixed point on De Saxce's term: many contacts sliding at once.
+    b = tower(count, DT)
+    for i, v in enumerate(b.velocity):
+        if case == "struck":
+            v[:2] += (3.0, 0.4) if i == count // 2 else (0.0, 0.0)
+        elif case == "sliding":
+            v[0] += 1.0
+        else:
+            v[:2] += 0.1 * ((7 * i) % 5 - 2), 0.1 * ((3 * i) % 5 - 2)
+            v[5] += 0.3 * ((2 * i) % 3 - 1)
+    problem = b.problem()
+    solution, _ = solver.solve_contacts(problem)
+    # Ten boxes end at rounding; thirty are ill-conditioned and keep well below the 1e-8 ceiling.
+    assert solver.natural_map_residual(problem, solution) <= (1e-12 if count == 10 else 1e-9)
+
+
+def test_tower_of_thirty_shares_evenly():
+    problem = tower(30, DT).problem()
+    solution, report = solver.solve_contacts(problem)
+    normal = solution.impulse[:, 0].reshape(30, 4)
+    weight_above = (30 - np.arange(30)) * GRAVITY * DT
+    assert report.minimum_norm
+    # A slender stack amplifies rounding by about count^4 = 1e6 in its bending.
+    assert np.abs(normal / (weight_above[:, None] / 4) - 1).max() <= 1e-10

@@ -12,8 +12,9 @@
 namespace rb {
 namespace {
 
-constexpr int kFirstSweeps = 5;   // find most of the active set
-constexpr int kRetrySweeps = 60;  // before another Newton attempt
+constexpr int kFirstSweeps = 5;      // find most of the active set
+constexpr int kRetrySweeps = 60;     // before another Newton attempt
+constexpr double kGoodStart = 1e-3;  // a warm start below it goes to Newton as it is
 constexpr double kSoftness = 1e-8;
 
 struct Solve {
@@ -117,9 +118,10 @@ struct Solve {
   }
 
   void solve_direct() {
-    sweep(kFirstSweeps);
+    if (!(report.residual <= kGoodStart)) sweep(kFirstSweeps);
     measure();
-    for (int k = 0; k < settings.newton_attempts && report.residual > target && !out_of_work(); ++k) {
+    for (int k = 0; k < settings.newton_attempts && report.residual > target && !out_of_work();
+         ++k) {
       // What is left is the rounding of an ill-conditioned island: no use to insist.
       if (k >= 2 && report.residual <= settings.enough) break;
       if (k > 0) sweep(kRetrySweeps << (k - 1));
@@ -128,12 +130,35 @@ struct Solve {
     }
   }
 
+  // Large islands: sweeps accelerated by the nonsmooth nonlinear conjugate gradient method
+  // (Silcowitz, Niebe & Erleben 2010), which takes the change of one sweep for the gradient.
   void iterate() {
-    while (report.sweeps < settings.max_sweeps && !out_of_work()) {
-      sweep(std::min(10, settings.max_sweeps - report.sweeps));
-      measure();
-      if (report.residual <= target) break;
+    const std::size_t nc = problem.contacts.size();
+    measure();
+    ws.direction.assign(nc, Vec3::Zero());
+    double last_sq = 0.0;
+    for (int k = 1; report.residual > target && k <= settings.max_sweeps && !out_of_work(); ++k) {
+      ws.saved_impulse = io.impulse;
+      sweep(1);
+      double sq = 0.0;
+      for (std::size_t i = 0; i < nc; ++i)
+        sq += (io.impulse[i] - ws.saved_impulse[i]).squaredNorm();
+      const double beta = last_sq > 0.0 ? sq / last_sq : 0.0;
+      const bool last = k == settings.max_sweeps || k % 10 == 0;
+      if (beta >= 1.0 || last) {  // uphill, or about to look: a plain sweep, and start again
+        ws.direction.assign(nc, Vec3::Zero());
+        last_sq = beta >= 1.0 ? 0.0 : sq;
+      } else {
+        for (std::size_t i = 0; i < nc; ++i) {
+          const Vec3 change = io.impulse[i] - ws.saved_impulse[i];
+          io.impulse[i] += beta * ws.direction[i];
+          ws.direction[i] = beta * ws.direction[i] + change;
+        }
+        last_sq = sq;
+      }
+      if (last) measure();
     }
+    measure();
   }
 
   void least_impulses(const ContactResidual& r) {

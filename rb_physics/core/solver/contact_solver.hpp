@@ -29,7 +29,7 @@ struct SolverWorkspace {
   ConeNewtonWorkspace newton;
   MinimumNormWorkspace minimum_norm;
   std::vector<Vec6> v;
-  std::vector<Vec3> saved_impulse, saved_moment;
+  std::vector<Vec3> saved_impulse, saved_moment, direction;
 };
 
 // `io` in: warm start (impulse of size nc, or empty), certificate if known; out: the answer.

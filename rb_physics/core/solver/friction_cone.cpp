@@ -144,9 +144,57 @@ Reaction project(const FrictionCone& cone, const ConeFace* face, const Reaction&
   return gather(n, c, count);
 }
 
+// The plain friction cone in closed form: what nearly all contacts are.
+Reaction project_force(double mu, const Vec3& a, ReactionDerivative* d) {
+  const double size = a.tail<2>().norm();
+  if (a[0] > 0.0 && size <= mu * a[0]) {
+    if (d != nullptr) d->ff.setIdentity();
+    return {a, Vec3::Zero()};
+  }
+  const double n = (a[0] + mu * size) / (1.0 + mu * mu);
+  if (!(n > 0.0)) {
+    if (d != nullptr) d->ff.setZero();
+    return {};
+  }
+  Vec3 ray(1.0, 0.0, 0.0);
+  if (size > 0.0) ray.tail<2>() = (mu / size) * a.tail<2>();
+  if (d != nullptr) {
+    d->ff = (ray * ray.transpose()) / (1.0 + mu * mu);
+    if (mu > 0.0) {
+      const Vec2 e = a.tail<2>() / size;
+      d->ff.bottomRightCorner<2, 2>() +=
+          (mu * n / size) * (Eigen::Matrix2d::Identity() - e * e.transpose());
+    }
+  }
+  return {n * ray, Vec3::Zero()};
+}
+
+Reaction alart_curnier_force(double mu, const Vec3& a, ReactionDerivative* d) {
+  const double n = a[0];
+  if (!(n > 0.0)) {
+    if (d != nullptr) d->ff.setZero();
+    return {};
+  }
+  const double size = a.tail<2>().norm();
+  if (size <= mu * n) {
+    if (d != nullptr) d->ff.setIdentity();
+    return {a, Vec3::Zero()};
+  }
+  const Vec2 e = a.tail<2>() / size;
+  if (d != nullptr) {
+    d->ff.setZero();
+    d->ff(0, 0) = 1.0;
+    d->ff.bottomLeftCorner<2, 1>() = mu * e;
+    d->ff.bottomRightCorner<2, 2>() =
+        (mu * n / size) * (Eigen::Matrix2d::Identity() - e * e.transpose());
+  }
+  return {Vec3(n, mu * n * e[0], mu * n * e[1]), Vec3::Zero()};
+}
+
 }  // namespace
 
 Reaction project_on_cone(const FrictionCone& cone, const Reaction& a, ReactionDerivative* d) {
+  if (!cone.has_moment()) return project_force(cone.slide, a.force, d);
   return project(cone, nullptr, a, d);
 }
 
@@ -156,10 +204,12 @@ Reaction project_on_face(const FrictionCone& cone, const ConeFace& face, const R
     set_zero(d);
     return {};
   }
+  if (!cone.has_moment() && !face.slides) return project_force(cone.slide, a.force, d);
   return project(cone, &face, a, d);
 }
 
 Reaction alart_curnier_map(const FrictionCone& cone, const Reaction& a, ReactionDerivative* d) {
+  if (!cone.has_moment()) return alart_curnier_force(cone.slide, a.force, d);
   const double n = a.force[0];
   if (!(n > 0.0)) {
     set_zero(d);

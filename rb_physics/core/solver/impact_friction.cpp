@@ -12,6 +12,7 @@ namespace rb {
 namespace {
 
 constexpr int kMaxSweeps = 2000;
+constexpr int kMaxRests = 4;
 
 }  // namespace
 
@@ -54,25 +55,30 @@ int impact_friction(const ContactProblem& problem, std::vector<Vec3>& impulse,
     }
   }
 
-  const Eigen::VectorXd after = normal_speeds(problem, v);
-  if (after.minCoeff() >= -1e-13 * fastest) return sweeps;
+  int iterations = sweeps;
   ContactProblem rest = problem;
-  rest.velocity = v;
   for (ContactConstraint& c : rest.contacts) c.static_friction = 0.0;
-  ContactSolution solution;
-  const SolveReport report = solve_contacts(rest, SolverSettings{}, solution, ws);
-  if (!(report.residual <= tolerance::residual_ceiling)) {  // friction out of reach: without it
-    const NormalImpact last = inelastic_projection(problem, v, {}, ws);
-    for (std::size_t i = 0; i < nc; ++i) impulse[i][0] += last.impulse[static_cast<int>(i)];
-    v = last.velocity;
-    return sweeps + last.iterations;
+  // Once, as a rule; again where the first answer of an ill-conditioned island leaves a little.
+  for (int k = 0; k < kMaxRests; ++k) {
+    if (normal_speeds(problem, v).minCoeff() >= -1e-13 * fastest) break;
+    rest.velocity = v;
+    ContactSolution solution;
+    const SolveReport report = solve_contacts(rest, SolverSettings{}, solution, ws);
+    iterations += report.sweeps + report.newton_steps;
+    if (!(report.residual <= tolerance::residual_ceiling)) {  // friction out of reach: without it
+      const NormalImpact last = inelastic_projection(problem, v, {}, ws);
+      for (std::size_t i = 0; i < nc; ++i) impulse[i][0] += last.impulse[static_cast<int>(i)];
+      v = last.velocity;
+      iterations += last.iterations;
+      continue;
+    }
+    for (std::size_t i = 0; i < nc; ++i) {
+      impulse[i] += solution.impulse[i];
+      if (moments) moment[i] += solution.moment[i];
+    }
+    v = solution.velocity;
   }
-  for (std::size_t i = 0; i < nc; ++i) {
-    impulse[i] += solution.impulse[i];
-    if (moments) moment[i] += solution.moment[i];
-  }
-  v = solution.velocity;
-  return sweeps + report.sweeps + report.newton_steps;
+  return iterations;
 }
 
 }  // namespace rb

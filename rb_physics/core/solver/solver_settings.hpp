@@ -19,8 +19,8 @@ struct SolverSettings {
   double enough = 1e-10;
   int newton_attempts = 8;  // with ever more sweeps between them
   // Largest direct factorisation (multiply-adds, one Newton step); islands above it iterate.
-  double max_factor_work = 2e7;
-  int max_sweeps = 500;  // for islands that iterate
+  double max_factor_work = 3e6;
+  int max_sweeps = 60;  // for islands that iterate
 };
 
 struct SolveReport {
