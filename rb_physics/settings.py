@@ -45,7 +45,7 @@ class Settings:
     impact_law: str = "simultaneous"
     threads: int = 1
     sleeping: bool = False
-    tolerance: float = 1e-12
+    tolerance: float = 1e-13
     max_work: int = 0
     max_events: int = 16
     max_event_contacts: int = 64

@@ -224,6 +224,17 @@ class World(_core.World):
         row, distance, point, normal = hit
         return RayHit(self._bodies[row], distance, point, normal)
 
+    def restore(self, snapshot: bytes) -> None:
+        """Takes back the state of a `save` of this world or of one built the same way.
+
+        Raises:
+            SceneError: the bytes are not a snapshot, or one of another world; nothing has changed.
+        """
+        try:
+            super().restore(snapshot)
+        except ValueError as error:
+            raise SceneError(str(error), field="snapshot") from None
+
     def remove(self, body: Body) -> None:
         """Takes the body out; later rows move up. Raises `SceneError` when it is not in this world."""
         if body._world is not self:

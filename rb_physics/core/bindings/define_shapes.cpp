@@ -40,7 +40,17 @@ py::object tuple_of(const Quat& q) { return py::make_tuple(q.x(), q.y(), q.z(), 
 
 Sphere make_sphere(double radius) { return {checked_length("shape.radius", radius)}; }
 
-Box make_box(const Vec3& half_extents) {
+// Anything but three numbers is refused in the words of the interface, not those of the bindings.
+Vec3 vector_argument(const std::string& field, const py::object& value) {
+  try {
+    return value.cast<Vec3>();
+  } catch (const py::cast_error&) {
+    refuse(field, value, "three finite numbers (m)");
+  }
+}
+
+Box make_box(const py::object& value) {
+  const Vec3 half_extents = vector_argument("shape.half_extents", value);
   for (const double h : half_extents) {
     if (!(h >= bindings::least_length && h <= bindings::greatest_length)) {
       refuse("shape.half_extents", bindings::as_list(half_extents),
@@ -58,7 +68,8 @@ Cylinder make_cylinder(double radius, double half_length) {
   return {checked_length("shape.radius", radius), checked_length("shape.half_length", half_length)};
 }
 
-HalfSpace make_half_space(const Vec3& normal, double offset) {
+HalfSpace make_half_space(const py::object& value, double offset) {
+  const Vec3 normal = vector_argument("shape.normal", value);
   const double length = normal.norm();
   if (!(std::abs(length - 1.0) <= tolerance::quaternion_norm)) {
     refuse("shape.normal", bindings::as_list(normal), "a unit vector (its length must be 1)");
@@ -207,7 +218,7 @@ void define_shapes(py::module_& m) {
   py::class_<HalfSpace> half_space(
       m, "HalfSpace", "Solid where normal . x <= offset (m); `normal` is a unit vector, outward.");
   half_space
-      .def(py::init(&make_half_space), py::arg("normal") = Vec3(Vec3::UnitZ()),
+      .def(py::init(&make_half_space), py::arg("normal") = py::make_tuple(0.0, 0.0, 1.0),
            py::arg("offset") = 0.0)
       .def_property_readonly("normal", [](const HalfSpace& s) { return tuple_of(s.normal); })
       .def_readonly("offset", &HalfSpace::offset);

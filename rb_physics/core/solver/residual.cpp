@@ -39,12 +39,26 @@ Reaction reaction_of(const FrictionCone& cone, const std::vector<Vec3>& impulse,
   return r;
 }
 
+// Of the bodies' own speeds: contact speeds that small are their rounding, magnified 1e9 times, and
+// no scale to judge by (balls that touch and fly along together).
+constexpr double kNoise = 1e-7;
+
+double surface_speed(const Vec6& v, const Vec3& r) {
+  return v.head<3>().norm() + v.tail<3>().norm() * r.norm();
+}
+
+double noise_speed(const ContactProblem& p, const ContactConstraint& c) {
+  const double of_b = c.b < 0 ? 0.0 : surface_speed(p.velocity[c.b], c.r_b);
+  return kNoise * (surface_speed(p.velocity[c.a], c.r_a) + of_b);
+}
+
 double typical_velocity(const ContactProblem& p, const std::vector<Vec3>& impulse) {
   double u = 0.0;
   for (std::size_t i = 0; i < p.contacts.size(); ++i) {
     const ContactConstraint& c = p.contacts[i];
     const double w = inverse_effective_mass(p, c);
-    u = std::max({u, w * impulse[i].norm(), -relative_velocity(c, p.velocity)[0]});
+    u = std::max(
+        {u, w * impulse[i].norm(), -relative_velocity(c, p.velocity)[0], noise_speed(p, c)});
   }
   return u;
 }
@@ -94,8 +108,9 @@ ContactResidual natural_map_residual(const ContactProblem& problem,
     const double r = natural_map(cones[i], w, reaction_of(cones[i], impulse, moment, i),
                                  scaled_slip(c, cones[i], v));
     if (!(r <= worst)) worst = r;  // keeps NaN
-    result.typical_velocity = std::max({result.typical_velocity, w * impulse[i].norm(),
-                                        -relative_velocity(c, problem.velocity)[0]});
+    result.typical_velocity =
+        std::max({result.typical_velocity, w * impulse[i].norm(),
+                  -relative_velocity(c, problem.velocity)[0], noise_speed(problem, c)});
   }
   const double scale = result.typical_velocity;
   if (worst == 0.0) {

@@ -172,7 +172,7 @@ void IslandAdvance::build_midpoint(const BodyIndex& index, double tau) {
 
 SolverSettings IslandAdvance::solver_settings() const {
   SolverSettings settings;
-  settings.tolerance = world_.settings.tolerance;
+  settings.tolerance = settings.warm_tolerance = world_.settings.tolerance;
   settings.max_work = world_.settings.max_work;
   settings.enough = 1e-9;  // a tenth of what any island may report
   settings.newton_attempts = 4;

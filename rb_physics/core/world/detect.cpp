@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <variant>
 
 #include "collision/queries.hpp"
 #include "contact/builder.hpp"
@@ -37,8 +39,12 @@ void move_proxies(World& world) {
     const Pose pose = body.pose() * c.local;
     if (const auto* plane = std::get_if<HalfSpace>(&c.shape)) {
       const Vec3 n = pose.rotate(plane->normal);
+      // A plane that turns may reach any body; pair_margin says which it can.
+      const double sweep = body.angular_velocity().isZero(0.0)
+                               ? std::fmax(0.0, h * n.dot(body.linear_velocity()))
+                               : std::numeric_limits<double>::max();
       world.broad_phase.move_half_space(static_cast<int>(k), n,
-                                        plane->offset + n.dot(pose.position));
+                                        plane->offset + n.dot(pose.position) + sweep);
       continue;
     }
     Aabb box = bounding_box(c.shape, pose);
@@ -67,8 +73,12 @@ bool order_pair(const World& world, std::int32_t& a, std::int32_t& b) {
 double pair_margin(const World& world, const ColliderPair& pair) {
   const std::int32_t a = world.colliders[pair.a].body;
   const std::int32_t b = world.colliders[pair.b].body;
-  const double closing =
-      (world.bodies[a].linear_velocity() - world.bodies[b].linear_velocity()).norm();
+  double closing = (world.bodies[a].linear_velocity() - world.bodies[b].linear_velocity()).norm();
+  if (std::holds_alternative<HalfSpace>(world.colliders[pair.b].shape)) {
+    // The surface of a turning plane is as far from its origin as the body it meets.
+    const double arm = (world.bodies[a].state.x - world.bodies[b].state.x).norm() + world.reach[a];
+    closing += world.bodies[b].angular_velocity().norm() * arm;
+  }
   const double touch =
       touch_distance(std::fmin(world.colliders[pair.a].size, world.colliders[pair.b].size));
   return world.settings.dt * closing + world.travel[a] + world.travel[b] +

@@ -8,8 +8,12 @@
 namespace rb {
 namespace {
 
+// Squares of it must not overflow either.
 bool finite(const RigidState& s) {
-  return s.x.allFinite() && s.q.coeffs().allFinite() && s.p.allFinite() && s.L.allFinite();
+  constexpr double greatest = 1e120;
+  const auto small = [](const Vec3& v) { return v.cwiseAbs().maxCoeff() <= greatest; };
+  return s.x.allFinite() && s.q.coeffs().allFinite() && s.p.allFinite() && s.L.allFinite() &&
+         small(s.x) && small(s.p) && small(s.L);
 }
 
 }  // namespace
@@ -23,7 +27,7 @@ void classify_contacts(World& world) {
   }
 }
 
-void finish_step(World& world) {
+void require_finite(World& world) {
   for (std::size_t row = 0; row < world.bodies.size(); ++row) {
     if (finite(world.bodies[row].state)) continue;
     for (std::size_t k = 0; k < world.bodies.size(); ++k)
@@ -32,6 +36,10 @@ void finish_step(World& world) {
     world.geometry_dirty = true;
     throw Diverged(world.step_count, static_cast<std::int32_t>(row));
   }
+}
+
+void finish_step(World& world) {
+  require_finite(world);
   classify_contacts(world);
   for (const Contact& c : world.contacts) {
     if (c.touching() || !c.impulse.isZero(0.0)) ++world.stats.contacts;

@@ -22,7 +22,7 @@ struct Settings {
   FreeMotion free_motion = FreeMotion::EXACT;
   int threads = 1;
   bool sleeping = false;
-  double tolerance = 1e-12;  // relative natural-map residual asked of the contact solver
+  double tolerance = 1e-13;  // relative natural-map residual asked of the contact solver
   std::int64_t max_work =
       0;                // bound on one solve, in visits of one contact (about 0.1 us); 0: none
   int max_events = 16;  // contact times and stick events an island may have in one step

@@ -30,6 +30,7 @@ void step(World& world) {
     //                                            world/settle.cpp
     advance_islands(world);
     move_kinematics(world);
+    require_finite(world);
 
     // The contact set at the end of the step.                                   world/detect.cpp
     detect_contacts(world);

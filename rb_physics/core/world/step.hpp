@@ -18,6 +18,7 @@ void move_kinematics(World& world);
 
 // world/report.cpp
 void classify_contacts(World& world);
+void require_finite(World& world);  // throws Diverged, with the last good state in place
 void finish_step(World& world);
 
 }  // namespace rb
