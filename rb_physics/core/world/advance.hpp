@@ -13,7 +13,7 @@
 
 namespace rb {
 
-// Displaces a body (m, rad) without changing its kinetic energy.
+// Displaces a body (m, rad); its momenta stay.
 void shift_body(Body& body, const Vec6& displacement);
 
 // m/s: a slip slower than this sticks.

@@ -1,6 +1,7 @@
 // Position correction: pushes overlapping bodies apart by the smallest displacement (in the metric
-// of their masses) that separates them. It moves positions only; momenta turn with the body, so
-// that the kinetic energy stays what it was, to rounding.
+// of their masses) that separates them. It moves positions only: both momenta stay, to the bit. So
+// that the kinetic energy L . J^-1 L / 2 stays as well, a body does not turn about omega x L, the
+// one axis along which turning changes it; the last pass moves without turning at all.
 #include "world/correct.hpp"
 
 #include <algorithm>
@@ -17,6 +18,18 @@ constexpr double slack = 0.1;  // of the touch distance: rounding is left alone
 constexpr int passes = 4;      // the gaps are linearised: curved ones take another look
 
 bool overlaps(const Contact& c) { return !c.ghost && c.point.separation < -slack * c.touch; }
+
+// Without the part that would change the kinetic energy at constant L.
+Vec3 harmless_turn(const World& world, std::int32_t row, const Vec3& turn) {
+  constexpr double rounding = 1e-13;  // of the body's energy, kinetic or to be lifted by its size
+  const Body& body = world.bodies[row];
+  const Vec3 axis = body.angular_velocity().cross(body.state.L);
+  const double length_sq = axis.squaredNorm();
+  const double energy = kinetic_energy(body.state, body.inertia) +
+                        body.inertia.mass * world.settings.gravity.norm() * world.reach[row];
+  if (std::fabs(turn.dot(axis)) <= rounding * energy) return turn;
+  return turn - (turn.dot(axis) / length_sq) * axis;
+}
 
 // Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0.
 void separate(World& world, const Island& island, std::span<const std::int32_t> contacts) {
@@ -45,7 +58,9 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   settings.max_work = world.settings.max_work;
   solve_contacts(problem, settings, work.solution, work.solver);
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    shift_body(world.bodies[rows[k]], work.solution.velocity[k]);
+    Vec6 displacement = work.solution.velocity[k];
+    displacement.tail<3>() = harmless_turn(world, rows[k], displacement.tail<3>());
+    shift_body(world.bodies[rows[k]], displacement);
   }
 }
 

@@ -67,7 +67,6 @@ void shift_body(Body& body, const Vec6& d) {
   if (d.tail<3>().isZero(0.0)) return;
   const Quat turn = quaternion_from_rotation_vector(d.tail<3>());
   body.state.q = normalized(turn * body.state.q);
-  body.state.L = turn * body.state.L;  // turns with the body: the kinetic energy stays
 }
 
 }  // namespace rb
