@@ -21,11 +21,10 @@ KNOWN_SHORTFALLS = {
     r"test_(oblique_bounce|sphere_starts_to_roll)\[.*event-all_at_once\]": "1e-11 in `event`",
     r"test_invariance\[.*(50-|mirror)": "sliding boxes have more than one answer; which one is found"
     " depends on the order of the contacts",
-    r"test_clusters_of_balls": "under examination: residual of impacts among unequal masses",
-    r"test_eulers_disk_with": "rolling friction does not brake a disk on its edge",
+    r"test_clusters_of_balls": "one cluster of 8 balls ends at a residual of 1.4e-8",
     r"test_diverging": "the broad phase refuses infinite boxes before the step is judged",
     r"test_painleves_rod": "slow, and overlaps where the rod jams",
-    r"test_contact_impulses": "under examination",
+    r"test_contact_impulses": "position correction turns L with the body: 1e-10 beside the wrench",
 }
 
 

@@ -64,9 +64,10 @@ def test_clusters_of_balls(law, restitution):
         repulsive = np.einsum("ij,ij->i", contacts["impulse"], contacts["normal"])
         size = np.abs(contacts["impulse"]).max(initial=0)
         assert (repulsive >= -1e-12 * size).all(), seed
-        # No friction: impulses are along the normals.
+        # No friction: impulses are along the normals, those of the impact; the table has the normals of
+        # the step's end, 1e-13 s later: at 100 m/s over 0.1 m they turned by 1e-10.
         across = contacts["impulse"] - repulsive[:, None] * contacts["normal"]
-        assert np.abs(across).max(initial=0) <= 1e-12 * size, seed
+        assert np.abs(across).max(initial=0) <= 1e-10 * size, seed
         # What the floor gave is what the balls got.
         floor = contacts[contacts["body_b"] == 0]["impulse"].sum(axis=0)
         scale = sum(b.mass for b in balls)
