@@ -6,6 +6,7 @@ Boxes of half extent `e` (m) and spheres, unit mass unless given, contact normal
 from __future__ import annotations
 
 import numpy as np
+
 from rb_physics._core import solver
 
 GRAVITY = 9.81

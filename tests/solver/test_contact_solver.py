@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from problems import GRAVITY, tower
+
 from rb_physics._core import solver
 
 DT = 5e-3

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from problems import random_problem
+
 from rb_physics._core import solver
 
 

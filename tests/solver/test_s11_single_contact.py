@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from problems import Builder, box_inverse_inertia
+
 from rb_physics._core import ImpactLaw, solver
 
 LAWS = list(ImpactLaw.__members__.values())

@@ -2,6 +2,7 @@
 
 import numpy as np
 from problems import cradle, tower, wedge
+
 from rb_physics._core import ImpactLaw, solver
 
 SEQUENTIAL = ImpactLaw.SEQUENTIAL

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from problems import wedge
+
 from rb_physics._core import ImpactLaw, solver
 
 NORMALS = np.array([[1, 1] / np.sqrt(2), [-2, 1] / np.sqrt(5)])

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from problems import billiard_rack, cradle, kinetic_energy, random_problem
-from rb_physics._core import ImpactLaw, solver
 from scipy.optimize import minimize
+
+from rb_physics._core import ImpactLaw, solver
 
 LAW = ImpactLaw
 LAWS = list(LAW.__members__.values())

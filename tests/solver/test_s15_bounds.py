@@ -1,6 +1,7 @@
 """S15: -d/a <= f <= -2 d/a for one contact, which restitution 0 to 1 spans."""
 
 import pytest
+
 from rb_physics._core import solver
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from problems import GRAVITY, random_problem, tower
+
 from rb_physics._core import solver
 
 METHODS = list(solver.LcpMethod.__members__.values())

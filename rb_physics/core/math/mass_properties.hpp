@@ -6,9 +6,9 @@
 namespace rb {
 
 struct MassProperties {
-  double mass = 0.0;                    // kg, > 0 for a dynamic body
-  Vec3 center_of_mass = Vec3::Zero();   // m, in body coordinates
-  Mat3 inertia = Mat3::Zero();          // kg m^2, body axes, about the centre of mass
+  double mass = 0.0;                   // kg, > 0 for a dynamic body
+  Vec3 center_of_mass = Vec3::Zero();  // m, in body coordinates
+  Mat3 inertia = Mat3::Zero();         // kg m^2, body axes, about the centre of mass
 };
 
 // The same mass seen from a parent frame: `pose` places the part in the parent.
@@ -24,8 +24,8 @@ MassProperties scaled_to_mass(const MassProperties& m, double mass);
 // inertia = axes * diag(moments) * axes^T. A diagonal inertia is its own answer: identity axes, the
 // moments in the order given, no rounding.
 struct PrincipalInertia {
-  Vec3 moments;   // kg m^2
-  Quat axes;      // principal frame -> body frame
+  Vec3 moments;  // kg m^2
+  Quat axes;     // principal frame -> body frame
 };
 PrincipalInertia principal_inertia(const Mat3& inertia);
 

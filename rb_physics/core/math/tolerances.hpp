@@ -16,7 +16,8 @@ inline constexpr double direct_residual = 1e-13;
 // Relative natural-map residual any island may report; above it the step says so.
 inline constexpr double residual_ceiling = 1e-8;
 
-// |q| may differ from 1 by this much at the interface and is then normalised; beyond it is an error.
+// |q| may differ from 1 by this much at the interface and is then normalised; beyond it is an
+// error.
 inline constexpr double quaternion_norm = 1e-3;
 
 // Relative violation of J1 + J2 >= J3 that is refused (equality is a legal lamina).
@@ -26,12 +27,12 @@ inline constexpr double inertia_triangle = 1e-9;
 // a contact and which points belong to it, never a position. Larger: a tilted face reads FACE_FACE.
 inline constexpr double parallel = 1e-6;
 
-// Relative to the smaller shape (m/m): features this close count as coincident (a corner on an edge),
-// so that feature ids don't flicker with rounding. Larger: points move by this much.
+// Relative to the smaller shape (m/m): features this close count as coincident (a corner on an
+// edge), so that feature ids don't flicker with rounding. Larger: points move by this much.
 inline constexpr double coincident = 1e-9;
 
-// Relative to the smaller shape (m/m): a separating axis must beat an earlier one of the fixed order
-// by this much. Larger: separations are off by this much. Smaller: the axis flickers.
+// Relative to the smaller shape (m/m): a separating axis must beat an earlier one of the fixed
+// order by this much. Larger: separations are off by this much. Smaller: the axis flickers.
 inline constexpr double axis_preference = 1e-10;
 
 // Two edges whose directions meet at a smaller sine have no separating axis of their own.

@@ -14,8 +14,8 @@ struct SolverSettings {
   // Bound on the work of one solve in units of one sweep over one contact (about 0.1 us); 0: none.
   // When it bites, the result says so (converged = false, the residual reached).
   std::int64_t max_work = 0;
-  // After two attempts a residual at or below it ends the work, whatever the tolerance: what is left
-  // then is nearly always the rounding of an ill-conditioned island.
+  // After two attempts a residual at or below it ends the work, whatever the tolerance: what is
+  // left then is nearly always the rounding of an ill-conditioned island.
   double enough = 1e-10;
   int newton_attempts = 8;  // with ever more sweeps between them
   // Largest direct factorisation (multiply-adds, one Newton step); islands above it iterate.
