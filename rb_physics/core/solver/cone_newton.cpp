@@ -195,7 +195,8 @@ ConeNewtonReport cone_newton(const ContactProblem& problem, const std::vector<Fr
   report.residual = natural_map_residual(problem, cones, impulse, moment, ws.v).natural_map;
   int without_progress = 0;
   newton.eps = options.first_softness * w_min;
-  if (report.residual <= 1e-5) {  // a start that is nearly right allows a stiff first step
+  if (options.first_softness < 1.0 &&
+      report.residual <= 1e-5) {  // a start that is nearly right allows a stiff first step
     newton.eps = std::max(options.softness, 10.0 * report.residual) * w_min;
   }
   while (report.outer < options.max_outer && report.steps < options.max_steps) {

@@ -107,10 +107,14 @@ struct Solve {
     }
   }
 
-  void newton() {
+  void newton(int attempt) {
     ConeNewtonOptions options;
     options.softness = kSoftness;
     options.tolerance = target;
+    if (attempt > 0) {  // another, softer path to the same answer
+      options.first_softness = attempt % 2 == 1 ? 10.0 : 1.0;
+      options.max_inner = 25;
+    }
     const ConeNewtonReport r =
         cone_newton(problem, ws.cones, options, ws.space, ws.newton, io.impulse, io.moment);
     report.newton_steps += r.steps;
@@ -125,7 +129,7 @@ struct Solve {
       // What is left is the rounding of an ill-conditioned island: no use to insist.
       if (k >= 2 && report.residual <= settings.enough) break;
       if (k > 0) sweep(kRetrySweeps << (k - 1));
-      newton();
+      newton(k);
       measure();
     }
   }
