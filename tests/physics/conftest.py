@@ -20,6 +20,7 @@ KNOWN_SHORTFALLS = {
     r"test_box_in_groove\[0.[39]-0.785.*on_a_lift\]": "under a boost the first forces are not the least",
     r"test_invariance\[.*(50-|mirror)": "sliding boxes have more than one answer; which one is found"
     " depends on the order of the contacts",
+    r"test_(oblique_bounce|sphere_starts_to_roll)\[.*event-all_at_once\]": "1e-11 in `event`",
     r"test_clusters_of_balls": "one cluster of 8 balls ends at a residual of 1.4e-8",
     r"test_diverging": "the broad phase refuses infinite boxes before the step is judged",
     r"test_painleves_rod": "slow, and overlaps where the rod jams",
