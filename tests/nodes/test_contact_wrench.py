@@ -100,8 +100,7 @@ def test_the_sum_of_wrenches_is_the_change_of_momentum(simulator, tmp_path: Path
     # 1e-9 of the 30 N s of weight: rounding over 1500 steps and of quaternions in double
     np.testing.assert_allclose(impulse, p1 - p0 - weight, atol=3e-8)
     if frame != "NAME":  # about the body's origin, which is the centre of mass here as well
-        # The core's torque impulses come out 1.2e-7 N m s off in this run, forces exact.
-        np.testing.assert_allclose(angular_impulse, l1 - l0, atol=3e-7)
+        np.testing.assert_allclose(angular_impulse, l1 - l0, atol=3e-9)  # the same, 0.3 m of arm
 
 
 def at_intervals(messages, count):
@@ -118,7 +117,10 @@ def test_a_resting_crate_weighs_what_it_weighs(simulator):
     wait_for(lambda: wrenches, "the first wrench")
     assert sim.client.call(Trigger, "/sim_node/step").success
     wait_for(lambda: wrenches[-1].header.stamp.nanosec == 500_000_000, "the last wrench")
-    for message in wrenches[1:]:
+    # The state at time 0 is shown again to every subscriber that turns up.
+    moving = [m for m in wrenches if m.header.stamp.nanosec or m.header.stamp.sec]
+    assert len(moving) > 10
+    for message in moving:
         assert message.header.frame_id == "crate/com"
         # m g = 20 N; solved to rounding (relative residual at most 1e-12)
         np.testing.assert_allclose(xyz(message.wrench.force), (0.0, 0.0, 20.0), atol=1e-9)
