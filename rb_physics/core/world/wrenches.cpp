@@ -43,6 +43,13 @@ void begin_step(World& world) {
     if (body.type == BodyType::KINEMATIC) aim_at_target(body, h);
     if (!body.is_dynamic()) continue;
     world.applied[row] = external_wrench(world, body);
+    // A wrench that would carry the state out of the numbers: said before anything moves.
+    const Wrench& w = world.applied[row];
+    constexpr double greatest = 1e120;  // N, N m: squares of it must not overflow either
+    if (!(w.force.cwiseAbs().maxCoeff() <= greatest &&
+          w.torque.cwiseAbs().maxCoeff() <= greatest)) {
+      throw Diverged(world.step_count, static_cast<std::int32_t>(row));
+    }
   }
   for (Contact& c : world.contacts) c.impulse = c.moment_a = c.moment_b = Vec3::Zero();
 }
