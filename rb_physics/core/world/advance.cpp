@@ -197,7 +197,8 @@ void IslandAdvance::strike() {
     const double approach = -relative_velocity(k, work.problem.velocity).x();
     // Even a slow approach is met at once, without rebound: spread over the step it would overlap.
     if (approach > tolerance::resting_speed) struck = true;
-    rebounds |= k.restitution * approach > rest_speed(c);
+    rebounds |= k.restitution * approach > tolerance::resting_speed &&
+                k.restitution * approach > rest_speed(c);
   }
   if (!struck) return;
   // The Zeno rule. Where anything rebounds, contacts that rest now may be struck next: they keep
@@ -345,6 +346,7 @@ void IslandAdvance::move(double tau) {
 }
 
 void IslandAdvance::find_again() {
+  found_again = true;
   scratch_.clear();
   for (const ColliderPair& pair : pairs)
     append_contacts(world_, pair, pair_margin(world_, pair), points_, scratch_);

@@ -32,6 +32,7 @@ class IslandAdvance {
   // Moves the island by h seconds.
   void run(double h);
 
+  bool found_again = false;  // the list of contacts is no longer the one it was given
   Stats stats;
 
  private:

@@ -1,4 +1,6 @@
 // Cuts the world into islands and moves each; bodies that can meet nobody fly freely.
+#include <algorithm>
+
 #include "body/free_motion.hpp"
 #include "world/advance.hpp"
 #include "world/detect.hpp"
@@ -21,7 +23,8 @@ void build_islands(World& world) {
 }
 
 void advance_islands(World& world) {
-  std::vector<Contact> moved;
+  std::vector<Contact> replaced;       // of islands whose contacts were found again on the way
+  std::vector<std::uint8_t> outdated;  // per contact, when there are such islands
   for (const Island& island : world.islands.all()) {
     IslandAdvance advance(world, world.islands.bodies(island));
     for (const std::int32_t i : world.islands.edges(island)) {
@@ -33,8 +36,17 @@ void advance_islands(World& world) {
       advance.contacts.push_back(c);
     }
     advance.run(world.settings.dt);
-    moved.insert(moved.end(), advance.contacts.begin(), advance.contacts.end());
-    moved.insert(moved.end(), advance.departed.begin(), advance.departed.end());
+    if (advance.found_again) {
+      outdated.resize(world.contacts.size(), 0);
+      for (const std::int32_t i : world.islands.edges(island)) outdated[i] = 1;
+      replaced.insert(replaced.end(), advance.contacts.begin(), advance.contacts.end());
+      replaced.insert(replaced.end(), advance.departed.begin(), advance.departed.end());
+    } else {
+      std::size_t k = 0;
+      for (const std::int32_t i : world.islands.edges(island)) {
+        world.contacts[i] = advance.contacts[k++];
+      }
+    }
     world.stats.residual = std::max(world.stats.residual, advance.stats.residual);
     world.stats.energy_error = std::max(world.stats.energy_error, advance.stats.energy_error);
     world.stats.iterations += advance.stats.iterations;
@@ -43,11 +55,20 @@ void advance_islands(World& world) {
     world.stats.capped += advance.stats.capped;
     if (!advance.pairs.empty()) ++world.stats.islands;
   }
+  if (outdated.empty()) return;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < world.contacts.size(); ++i) {
+    if (outdated[i]) continue;
+    if (kept != i) world.contacts[kept] = world.contacts[i];
+    ++kept;
+  }
+  world.contacts.resize(kept);
+  world.contacts.insert(world.contacts.end(), replaced.begin(), replaced.end());
   // Back to the order of pairs; within a pair the order stays.
-  std::stable_sort(moved.begin(), moved.end(), [](const Contact& x, const Contact& y) {
-    return std::pair(x.collider_a, x.collider_b) < std::pair(y.collider_a, y.collider_b);
-  });
-  world.contacts.swap(moved);
+  std::stable_sort(
+      world.contacts.begin(), world.contacts.end(), [](const Contact& x, const Contact& y) {
+        return std::pair(x.collider_a, x.collider_b) < std::pair(y.collider_a, y.collider_b);
+      });
 }
 
 void move_kinematics(World& world) {
