@@ -20,27 +20,19 @@ _TYPES = {
     "dynamic": _core.BodyType.DYNAMIC,
     "kinematic": _core.BodyType.KINEMATIC,
 }
-_SHAPES = tuple(
-    getattr(_core, name)
-    for name in (
-        "Particle",
-        "Sphere",
-        "Box",
-        "Capsule",
-        "Cylinder",
-        "HalfSpace",
-        "ConvexHull",
-        "TriangleMesh",
-        "HeightField",
-        "Compound",
-    )
-    if hasattr(_core, name)
+_SHAPES = (
+    _core.Particle,
+    _core.Sphere,
+    _core.Box,
+    _core.Capsule,
+    _core.Cylinder,
+    _core.HalfSpace,
+    _core.ConvexHull,
+    _core.TriangleMesh,
+    _core.HeightField,
+    _core.Compound,
 )
-_STATIC_ONLY = tuple(
-    getattr(_core, name)
-    for name in ("HalfSpace", "TriangleMesh", "HeightField")
-    if hasattr(_core, name)
-)
+_STATIC_ONLY = (_core.HalfSpace, _core.TriangleMesh, _core.HeightField)
 
 
 class RayHit(NamedTuple):
