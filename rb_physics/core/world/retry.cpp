@@ -14,6 +14,7 @@ std::pair<std::int32_t, std::int32_t> key(const Contact& c) { return {c.collider
 void remember(World& world) {
   world.known_pairs.clear();
   for (const Contact& c : world.contacts) {
+    if (c.ghost) continue;  // parted in the last step: takes no part in this one
     if (world.known_pairs.empty() || world.known_pairs.back() != key(c)) {
       world.known_pairs.push_back(key(c));
     }
