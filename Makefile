@@ -15,7 +15,7 @@ export CCACHE_NOHASHDIR := 1
 endif
 endif
 
-.PHONY: help build demo test soak lint format sanitize bench bench-node verify clean
+.PHONY: help build demo test soak lint format sanitize bench bench-engines bench-node verify clean
 help:
 	@echo "make demo      the node, a second process that pushes bodies, and a recording of it (10 s)"
 	@echo "make test      every test but the long ones"
@@ -24,6 +24,7 @@ help:
 	@echo "make sanitize  the core's tests under AddressSanitizer and UBSan"
 	@echo "make verify    accuracy against exact answers, as a table"
 	@echo "make bench     speed of the broad and the narrow phase, beside other libraries"
+	@echo "make bench-engines  speed and penetration beside other engines (10 min on a quiet machine)"
 	@echo "make bench-node  the node at 1 kHz with 100 bodies: steps lost, lateness, CPU (quiet machine)"
 	@echo "make format    rewrite sources in the project's format"
 	@echo "make clean     remove what was built (keeps $(VENV) and recordings/)"
@@ -81,6 +82,9 @@ bench: $(VENV)/installed-bench build
 	$(PY) -m benchmarks.broad_phase
 	$(PY) -m benchmarks.geometry
 	$(PY) -m benchmarks.recording
+
+bench-engines: $(VENV)/installed-bench-engines build
+	$(PY) -m benchmarks.engines
 
 bench-node: $(VENV)/installed-bench build
 	$(PY) -m benchmarks.node_loop
