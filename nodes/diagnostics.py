@@ -62,8 +62,11 @@ class Diagnostics:
             "refused_value": counters["refused_value"],
             "refused_malformed": counters["refused_malformed"],
             "refused_stamp": counters["refused_stamp"],
+            "refused_body": counters["refused_body"],
+            "ignored": counters["ignored"],
             "dropped": inbox.dropped,
             "discarded_by_reset": counters["discarded_by_reset"],
+            "discarded_by_removal": counters["discarded_by_removal"],
             "active_wrenches": self._inputs.wrenches.active(int(self._world.step_count)),
         }
         text = "messages were refused" if new else "all messages accepted"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from rclpy.node import Node
 from rclpy.subscription import Subscription
@@ -14,7 +14,7 @@ INTERVAL = 1.0  # s of wall time between looks
 class GraphWatch:
     """Looks at the graph about once a second and says each thing once."""
 
-    def __init__(self, node: Node, subscriptions: Sequence[Subscription]) -> None:
+    def __init__(self, node: Node, subscriptions: Callable[[], Sequence[Subscription]]) -> None:
         self._node = node
         self._subscriptions = subscriptions
         self._next = time.monotonic() + INTERVAL
@@ -32,7 +32,7 @@ class GraphWatch:
             self._look_for_a_twin()
 
     def _look_at_publishers(self) -> None:
-        for subscription in self._subscriptions:
+        for subscription in self._subscriptions():
             topic, count = subscription.topic_name, subscription.get_publisher_count()
             if count < 2:
                 self._crowded.discard(topic)

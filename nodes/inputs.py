@@ -6,21 +6,22 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from rb_physics.recording.decoders import (
-    decode_pose_stamped,
-    decode_twist_stamped,
-    decode_wrench_stamped,
-)
+from rb_physics.recording import decoders
 from rb_physics.recording.topics import Topic
 
+from . import body_inputs
 from .inbox import Inbox
 from .kinematic_inputs import KinematicInputs
 from .lockstep import Lockstep
 from .refused import MalformedMessageError, RefusedInputError
+from .transform_tree import TransformTree
 from .wrench_frames import WrenchFrames
 from .wrench_inputs import Perform, WrenchInputs, WrenchSource
 
 Complain = Callable[[str, str], None]  # key for throttling, text
+
+IGNORED = object()  # what a handler returns for a message that is no input of this world
+_NEEDED = {"wrench": "dynamic", "cmd_pose": "kinematic", "cmd_vel": "kinematic"}
 
 
 class Inputs:
@@ -42,42 +43,75 @@ class Inputs:
         lockstep: bool,
         complain: Complain,
     ) -> None:
-        self.topics = tuple(topics)
         self.inbox = Inbox()
         self.counters: Counter[str] = Counter()
         self._complain = complain
-        self._sources: dict[int, int] = {}  # topic index -> wrench source index
-        sources = []
-        for index, topic in enumerate(self.topics):
-            if topic.content == "wrench":
-                self._sources[index] = len(sources)
-                name = topic.name.rsplit("/wrench", 1)[-1].strip("/")
-                sources.append(WrenchSource(str(topic.body), name, topic.name))
+        self.wrenches = WrenchInputs(world.settings.dt, wrench_timeout)
+        self.motions = KinematicInputs(world.settings.dt, cmd_vel_timeout)
+        self.transforms = TransformTree()
+        self.lockstep = Lockstep() if lockstep else None
+        self.fit(world, topics)
+
+    def fit(self, world: Any, topics: Sequence[Topic]) -> None:
+        """The bodies of the world and so the topics are these now.
+
+        Raises ValueError for a topic whose body is of the wrong type.
+        """
+        self.topics = tuple(topics)
+        self._by_name = {topic.name: topic for topic in self.topics}
+        self._rank = {topic.name: rank for rank, topic in enumerate(self.topics)}
         self._check_bodies(world)
         moving = [body for body in world.bodies if body.type != "static"]
-        frames = {b.name: WrenchFrames(b.name, b.center_of_mass, b.frames) for b in moving}
-        centers = {body.name: body.center_of_mass for body in moving}
-        self.wrenches = WrenchInputs(sources, frames, world.settings.dt, wrench_timeout)
-        self.motions = KinematicInputs(centers, world.settings.dt, cmd_vel_timeout)
-        self.lockstep = Lockstep(len(sources)) if lockstep else None
+        dynamic = {
+            b.name: WrenchFrames(b.name, b.center_of_mass, b.frames)
+            for b in moving
+            if b.type == "dynamic"
+        }
+        wrenches = [t for t in self.topics if t.content in ("wrench", "wrenches")]
+        self.wrenches.fit([WrenchSource(t.name, t.body) for t in wrenches], dynamic)
+        self.motions.fit({b.name: b.center_of_mass for b in moving if b.type == "kinematic"})
+        self._driven = {  # body -> its frame on /tf
+            body: topic.frame.replace("NAME", body).strip("/")
+            for topic in self.topics
+            for body in topic.bodies
+        }
+        free = [body for body in world.bodies if body.name not in self._driven]
+        self._own_frames = {body.name for body in free}  # on /tf: published by this node
+        self._own_frames |= {
+            f"{body.name}/{frame}" for body in world.bodies for frame in ("com", *body.frames)
+        }
+        if self.lockstep is not None:
+            single = [t.name for t in wrenches if t.content == "wrench"]
+            self.lockstep.wait_for(single or [t.name for t in wrenches])
+        self._first_source: dict[str, str] = {}  # body -> its first wrench topic
+        for topic in wrenches:
+            if topic.body is not None:
+                self._first_source.setdefault(topic.body, topic.name)
 
     def _check_bodies(self, world: Any) -> None:
-        for topic in self.topics:
-            needed = "dynamic" if topic.content == "wrench" else "kinematic"
-            given = world[topic.body].type
+        pairs = [(t, t.body, _NEEDED[t.content]) for t in self.topics if t.content in _NEEDED]
+        pairs += [(topic, body, "kinematic") for topic in self.topics for body in topic.bodies]
+        for topic, body, needed in pairs:
+            given = world[body].type
             if given != needed:
                 raise ValueError(
-                    f"topic {topic.name} is for a {needed} body, but '{topic.body}' is {given}: "
+                    f"topic {topic.name} is for a {needed} body, but '{body}' is {given}: "
                     f"take it out of `bodies` in topics.yaml"
                 )
 
-    def receive(self, world: Any, step: int) -> list[tuple[Topic, bytes]]:
+    def receive(self, world: Any, step: int, perform: Perform) -> list[tuple[Topic, bytes]]:
         """Take in what has arrived, for step `step`. Returns the messages that were accepted."""
         accepted = []
-        for index, data in self.inbox.take():
-            topic = self.topics[index]
+        for name, data in self.inbox.take(lambda topic: self._rank.get(topic, -1)):
+            topic = self._by_name.get(name)
+            if topic is None:  # of a body that was removed meanwhile
+                self.counters["discarded_by_removal"] += 1
+                continue
             try:
-                self._receive(world, index, topic, data, step)
+                handle = getattr(self, f"_receive_{topic.content}")
+                if handle(world, topic, data, step, perform) is IGNORED:
+                    self.counters["ignored"] += 1
+                    continue
             except RefusedInputError as error:
                 self.counters["refused"] += 1
                 self.counters[error.counter] += 1
@@ -87,30 +121,84 @@ class Inputs:
                 accepted.append((topic, data))
         return accepted
 
-    def _receive(self, world: Any, index: int, topic: Topic, data: bytes, step: int) -> None:
-        decode = {
-            "wrench": decode_wrench_stamped,
-            "cmd_pose": decode_pose_stamped,
-            "cmd_vel": decode_twist_stamped,
-        }[topic.content]
+    @staticmethod
+    def _decoded(topic: Topic, data: bytes, decode: Callable[[bytes], Any]) -> Any:
         try:
-            message = decode(data)
+            return decode(data)
         except ValueError as error:
             raise MalformedMessageError(f"message on {topic.name} refused: {error}") from None
+
+    def _receive_wrench(
+        self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
+    ) -> None:
+        message = self._decoded(topic, data, decoders.decode_wrench_stamped)
         values, body = message.values, str(topic.body)
-        if topic.content == "wrench":
-            source = self._sources[index]
-            wrench = self.wrenches.resolve(source, message.frame_id, values[:3], values[3:])
-            if self.lockstep is not None:
-                start_ns = round(world.time * 1e9)
-                self.lockstep.admit(source, topic.name, message.time_ns, start_ns)
-            self.wrenches.hold(source, wrench)
-        elif topic.content == "cmd_pose":
-            self.motions.receive_pose(
-                world, body, message.frame_id, values, message.time_ns * 1e-9, step
-            )
-        else:
-            self.motions.receive_twist(body, message.frame_id, values, step)
+        wrench = self.wrenches.resolve(body, message.frame_id, values[:3], values[3:])
+        if self.lockstep is not None:
+            self.lockstep.admit((), topic.name, message.time_ns, round(world.time * 1e9))
+        self.wrenches.hold(topic.name, {body: wrench})
+
+    def _receive_wrenches(
+        self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
+    ) -> None:
+        message = self._decoded(topic, data, decoders.decode_multi_dof_joints)
+        rows = message.wrenches.tolist()
+        wrenches = self.wrenches.resolve_batch(topic.name, message.frame_id, message.names, rows)
+        if self.lockstep is not None:
+            instead_of = [self._first_source[b] for b in wrenches if b in self._first_source]
+            self.lockstep.admit(instead_of, topic.name, message.time_ns, round(world.time * 1e9))
+        self.wrenches.hold(topic.name, wrenches)
+
+    def _receive_cmd_pose(
+        self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
+    ) -> None:
+        message = self._decoded(topic, data, decoders.decode_pose_stamped)
+        self.motions.receive_pose(
+            world, str(topic.body), message.frame_id, message.values, message.time_ns, step
+        )
+
+    def _receive_cmd_vel(
+        self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
+    ) -> None:
+        message = self._decoded(topic, data, decoders.decode_twist_stamped)
+        self.motions.receive_twist(str(topic.body), message.frame_id, message.values, step)
+
+    def _receive_cmd_tf(
+        self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
+    ) -> object:
+        transforms = self._decoded(topic, data, decoders.decode_transforms)
+        static = topic.qos.durability == "transient_local"
+        self.transforms.update(transforms, topic.name, static)
+        if all(child in self._own_frames for _, _, child, _ in transforms):
+            return IGNORED
+        if static:
+            return None
+        for body, frame in self._driven.items():
+            try:
+                position, orientation, stamp = self.transforms.pose(frame)
+            except RefusedInputError as error:
+                self._complain(f"{topic.name} {body}", f"body '{body}' stays where it is: {error}")
+                continue
+            self.motions.follow(world, body, position, orientation, stamp, step, perform)
+        return None
+
+    def _receive_spawn(
+        self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
+    ) -> None:
+        text = self._decoded(topic, data, decoders.decode_string)
+        body_inputs.spawn(world, topic.name, text, perform)
+
+    def _receive_remove(
+        self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
+    ) -> None:
+        text = self._decoded(topic, data, decoders.decode_string)
+        body_inputs.remove(world, topic.name, text, perform)
+
+    def _receive_change(
+        self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
+    ) -> None:
+        text = self._decoded(topic, data, decoders.decode_string)
+        body_inputs.change(world, topic.name, text, perform)
 
     def apply(self, world: Any, step: int, perform: Perform) -> None:
         """Let everything received act from step `step` on."""
@@ -119,8 +207,9 @@ class Inputs:
 
     def clear(self, step: int, perform: Perform) -> None:
         """Forget everything commanded so far, messages that still wait included."""
-        self.counters["discarded_by_reset"] += len(self.inbox.take())
+        self.counters["discarded_by_reset"] += len(self.inbox.take(lambda topic: 0))
         self.wrenches.clear(step, perform)
         self.motions.clear(perform)
+        self.transforms.clear()
         if self.lockstep is not None:
             self.lockstep.next_step()

@@ -1,9 +1,10 @@
-"""Motion of kinematic bodies, commanded by pose or by twist.
+"""Motion of kinematic bodies, commanded by pose, by twist or by /tf.
 
-A commanded pose is reached in uniform motion at the simulation time `header.stamp`; a stamp at or
-before the present means the end of the next step. The velocity of that motion is what contacts
-see, so a pushed object gets the right friction and impact. A commanded twist is kept until the
-next command or until it expires; then the body stands still.
+A commanded pose is reached in uniform motion at the simulation time `header.stamp`. Where that is
+over, as with a stream of poses stamped with their present, the motion takes as long as passed
+between the stamps of the last two poses; a single pose is reached at the end of the next step. The
+velocity of the motion is what contacts see, so a pushed object gets the right friction and impact.
+A commanded twist is kept until the next command or until it expires; then the body stands still.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from .wrench_inputs import FOREVER, Perform
 
 ZERO = (0.0, 0.0, 0.0)
 UNIT_TOLERANCE = 1e-3  # on the norm of a commanded quaternion, as in scene files
+LONGEST_GAP = 0.5  # s between two poses of a stream; after a longer one it begins anew
 
 
 @dataclass(frozen=True)
@@ -33,23 +35,33 @@ class Motion:
     until_step: int | None
     goal: tuple[NDArray[np.float64], NDArray[np.float64]] | None  # body frame at the end
     turning: bool = False  # velocities are given in body axes, which turn with the body
+    coast: int = 0  # steps to go on behind the goal while the next pose of a stream is awaited
 
     def next_change(self, step: int) -> int:
         """The next step that needs a new order: the last one before a goal, or the end."""
         end = self.until_step
         assert end is not None
-        return end - 1 if self.goal is not None and step < end - 1 else end
+        return end - 1 if self.goal is not None and step < end - 1 else end + self.coast
 
 
 class KinematicInputs:
     """The motions commanded now. Only the physics thread touches an object of this class."""
 
-    def __init__(self, centers_of_mass: Mapping[str, Sequence[float]], dt: float, timeout: float):
-        self._com = {name: np.array(com, float) for name, com in centers_of_mass.items()}
+    def __init__(self, dt: float, timeout: float) -> None:
+        self._com: dict[str, NDArray[np.float64]] = {}
         self._dt = dt
         self._motions: dict[str, Motion] = {}
         self._started: set[str] = set()
+        self._stamps: dict[str, int] = {}  # ns, of the last pose of each body
         self.set_timeout(timeout)
+
+    def fit(self, centers_of_mass: Mapping[str, Sequence[float]]) -> None:
+        """The kinematic bodies; called again when bodies were added or removed."""
+        self._com = {name: np.array(com, float) for name, com in centers_of_mass.items()}
+        for body in [body for body in self._motions if body not in self._com]:
+            del self._motions[body]
+        self._started &= set(self._com)
+        self._stamps = {body: stamp for body, stamp in self._stamps.items() if body in self._com}
 
     def set_timeout(self, timeout: float) -> None:
         """How long twists that arrive from now on are kept, s; 0 one step, -1 for ever."""
@@ -57,9 +69,9 @@ class KinematicInputs:
         self._hold_steps = None if timeout == FOREVER else steps
 
     def receive_pose(
-        self, world: Any, body: str, frame_id: str, pose: Sequence[float], time: float, step: int
+        self, world: Any, body: str, frame_id: str, pose: Sequence[float], stamp_ns: int, step: int
     ) -> None:
-        """Move `body` to `pose` (position, x y z w) by the simulation time `time`.
+        """Move `body` to `pose` (position, x y z w), stamped with simulation time.
 
         Raises RefusedInputError.
         """
@@ -71,8 +83,53 @@ class KinematicInputs:
                 f"pose of body '{body}' refused: the norm of its quaternion is {norm:g}, "
                 f"but must be 1 within {UNIT_TOLERANCE:g}"
             )
-        orientation /= norm
-        steps = max(1, round((time - world.time) / self._dt))
+        steps = round((stamp_ns * 1e-9 - world.time) / self._dt)
+        if steps < 1:
+            steps = self._steps_since(body, stamp_ns) or 1
+        self._stamps[body] = stamp_ns
+        self._start(world, body, position, orientation / norm, step, steps, 0)
+
+    def follow(
+        self,
+        world: Any,
+        body: str,
+        position: NDArray[np.float64],
+        orientation: NDArray[np.float64],
+        stamp_ns: int,
+        step: int,
+        perform: Perform,
+    ) -> None:
+        """The same for a pose that comes from a chain of transforms.
+
+        The first one, and one after a long gap, only puts the body there: what has not been seen
+        moving has no velocity.
+        """
+        if stamp_ns == self._stamps.get(body):
+            return
+        steps = self._steps_since(body, stamp_ns)
+        self._stamps[body] = stamp_ns
+        if steps is not None:
+            self._start(world, body, position, orientation, step, steps, steps)
+            return
+        self._motions.pop(body, None)
+        self._put(perform, body, position, orientation)
+
+    def _steps_since(self, body: str, stamp_ns: int) -> int | None:
+        """Steps between the last pose of a stream and this one; None: it is not of a stream."""
+        last = self._stamps.get(body, 0)
+        gap = (stamp_ns - last) * 1e-9
+        return max(1, round(gap / self._dt)) if last > 0 and 0.0 < gap <= LONGEST_GAP else None
+
+    def _start(
+        self,
+        world: Any,
+        body: str,
+        position: NDArray[np.float64],
+        orientation: NDArray[np.float64],
+        step: int,
+        steps: int,
+        coast: int,
+    ) -> None:
         start_position = np.array(world[body].position)
         start_orientation = np.array(world[body].orientation)
         span = steps * self._dt
@@ -84,8 +141,17 @@ class KinematicInputs:
             rotation_vector(start_orientation, orientation) / span,
             step + steps,
             (position, orientation),
+            coast=coast,
         )
         self._started.add(body)
+
+    @staticmethod
+    def _put(
+        perform: Perform, body: str, position: NDArray[np.float64], orientation: NDArray[np.float64]
+    ) -> None:
+        """At rest in a pose, without having moved there."""
+        perform("change_body", body=body, position=position, orientation=orientation,
+                linear_velocity=ZERO, angular_velocity=ZERO)  # fmt: skip
 
     def receive_twist(self, body: str, frame_id: str, twist: Sequence[float], step: int) -> None:
         """Move `body` with `twist` (linear m/s, angular rad/s) of the origin of `frame_id`.
@@ -107,6 +173,7 @@ class KinematicInputs:
             perform("move", body=body, linear_velocity=ZERO, angular_velocity=ZERO)
         self._motions.clear()
         self._started.clear()
+        self._stamps.clear()
 
     def steps_unchanged(self, step: int) -> int | None:
         """For how many steps from `step` on what the last `apply` did stays right; None: for ever."""
@@ -118,13 +185,20 @@ class KinematicInputs:
     def apply(self, world: Any, step: int, perform: Perform) -> None:
         """Give the kinematic bodies of `world` the motion they have in step `step`."""
         for body, motion in list(self._motions.items()):
-            if motion.until_step is not None and step >= motion.until_step:
+            if motion.until_step is not None and step >= motion.until_step + motion.coast:
                 if motion.goal is None:
                     perform("move", body=body, linear_velocity=ZERO, angular_velocity=ZERO)
+                elif motion.coast:
+                    self._put(perform, body, *motion.goal)
                 del self._motions[body]
             elif motion.goal is not None and step == motion.until_step - 1:
                 position, orientation = motion.goal
-                perform("move", body=body, position=position, orientation=orientation)
+                velocities = (
+                    {"linear_velocity": motion.linear, "angular_velocity": motion.angular}
+                    if motion.coast
+                    else {}
+                )
+                perform("move", body=body, position=position, orientation=orientation, **velocities)
             elif body in self._started or motion.turning:
                 linear, angular = motion.linear, motion.angular
                 if motion.turning:
@@ -150,7 +224,7 @@ class KinematicInputs:
 
 def rotation_vector(start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
     """The rotation (axis times angle <= π, world axes, rad) that takes `start` to `end`."""
-    difference = _multiply(end, start * np.array([-1.0, -1.0, -1.0, 1.0]))
+    difference = multiply(end, start * np.array([-1.0, -1.0, -1.0, 1.0]))
     if difference[3] < 0.0:
         difference = -difference
     sine = math.sqrt(float(difference[:3] @ difference[:3]))
@@ -165,6 +239,6 @@ def rotate(orientation: NDArray[np.float64], u: NDArray[np.float64]) -> NDArray[
     return u + 2.0 * (orientation[3] * cross + np.cross(orientation[:3], cross))
 
 
-def _multiply(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+def multiply(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     vector = a[3] * b[:3] + b[3] * a[:3] + np.cross(a[:3], b[:3])
     return np.array([*vector, a[3] * b[3] - a[:3] @ b[:3]])

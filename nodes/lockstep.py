@@ -1,6 +1,8 @@
-"""Lockstep: a step is made only when every wrench source has sent the message for it."""
+"""Lockstep: a step is made when every wrench source has sent the message for it."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 from .refused import WrongStampError
 
@@ -13,33 +15,37 @@ class Lockstep:
     the order of arrival.
     """
 
-    def __init__(self, sources: int) -> None:
-        self._sources = sources
-        self._delivered: set[int] = set()
+    def __init__(self) -> None:
+        self._awaited: set[str] = set()
+        self._delivered: set[str] = set()
 
-    def admit(self, source: int, topic: str, stamp_ns: int, start_ns: int) -> None:
-        """Check a message in. Raises WrongStampError unless it belongs to the next step."""
+    def wait_for(self, sources: Iterable[str]) -> None:
+        """The topics that have to deliver for each step."""
+        self._awaited = set(sources)
+
+    def admit(self, sources: Iterable[str], topic: str, stamp_ns: int, start_ns: int) -> None:
+        """Check in a message on `topic` that delivers for `sources`.
+
+        Raises WrongStampError unless it belongs to the next step and is the first for all of them.
+        """
         if stamp_ns != start_ns:
             raise WrongStampError(
                 f"message on {topic} refused in lockstep: header.stamp is {stamp_ns} ns, but the "
                 f"next step starts at {start_ns} ns"
             )
-        if source in self._delivered:
+        delivering = {topic, *sources}
+        again = sorted(delivering & self._delivered)
+        if again:
             raise WrongStampError(
-                f"message on {topic} refused in lockstep: the one for the step that starts at "
-                f"{start_ns} ns was already delivered"
+                f"message on {topic} refused in lockstep: the one for {again[0]} and the step that "
+                f"starts at {start_ns} ns was already delivered"
             )
-        self._delivered.add(source)
+        self._delivered |= delivering
 
     @property
     def complete(self) -> bool:
         """Every source has delivered; never true without any source."""
-        return self._sources > 0 and len(self._delivered) == self._sources
-
-    @property
-    def missing(self) -> list[int]:
-        """Sources that have not delivered yet."""
-        return [source for source in range(self._sources) if source not in self._delivered]
+        return bool(self._awaited) and self._awaited <= self._delivered
 
     def next_step(self) -> None:
         """The step is made: wait for the messages of the next one."""

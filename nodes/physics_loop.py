@@ -130,7 +130,7 @@ class PhysicsLoop:
         self.commands.rest(IDLE)
 
     def _receive(self) -> None:
-        accepted = self._inputs.receive(self.world, self.step)
+        accepted = self._inputs.receive(self.world, self.step, self._perform)
         if accepted:
             self._sender.accepted(self.world, accepted)
 
@@ -231,8 +231,8 @@ class PhysicsLoop:
     def _do_call(self, action: Callable[[], None]) -> Answer:
         try:
             action()
-        except ValueError as error:
-            return False, str(error)
+        except (ValueError, KeyError) as error:
+            return False, str(error.args[0])
         return True, ""
 
     def _do_set(self, setter: Callable[[Any], None], value: Any) -> Answer:

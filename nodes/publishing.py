@@ -12,7 +12,6 @@ from std_msgs.msg import String
 
 from rb_physics.recording import Recorder
 from rb_physics.recording.encoders import encode_string
-from rb_physics.recording.operations import Operation, plain, to_json
 from rb_physics.recording.topics import Topic
 
 from .conversions import message_class, qos_profile
@@ -35,17 +34,28 @@ class Publishing:
         self._publishers: dict[str, Any] = {}
         self._last: dict[str, bytes] = {}
         self._subscribers: dict[str, int] = {}
-        for topic in recorder.outputs.topics:
-            if topic.direction == "out":
-                self._create(topic)
+        self._missing: set[str] = set()
+        self.fit()
         self._operations = node.create_publisher(
             String, "~/operations", QoSProfile(depth=OPERATIONS_DEPTH)
         )
+
+    def fit(self) -> None:
+        """A publisher for each output topic; called again when bodies were added or removed."""
+        wanted = {t.name: t for t in self._recorder.outputs.topics if t.direction == "out"}
+        for name in [name for name in self._publishers if name not in wanted]:
+            self._node.destroy_publisher(self._publishers.pop(name))
+            self._last.pop(name, None)
+            self._subscribers.pop(name, None)
+        for name, topic in wanted.items():
+            if name not in self._publishers and name not in self._missing:
+                self._create(topic)
 
     def _create(self, topic: Topic) -> None:
         try:
             kind = message_class(topic.type)
         except ImportError as error:
+            self._missing.add(topic.name)
             self._node.get_logger().info(f"{topic.name} is logged but not published: {error}")
             return
         self._publishers[topic.name] = self._node.create_publisher(
@@ -53,7 +63,7 @@ class Publishing:
         )
 
     def start(self, world: Any) -> None:
-        """Send the whole state: at the start of a run and after a reset."""
+        """Send the whole state: at the start of a run, after a reset and when bodies come or go."""
         self._publish(self._recorder.latched())
         messages = self._recorder.outputs.collect(everything=True)
         self._publish(messages)
@@ -64,10 +74,8 @@ class Publishing:
 
     def perform(self, name: str, **arguments: Any) -> None:
         """Change the world through the recorder, and say so with the step it takes effect in."""
-        step = int(self._world.step_count)
-        self._recorder.perform(name, **arguments)
+        text = self._recorder.perform(name, **arguments)
         if self._operations.get_subscription_count() > 0:
-            text = to_json(Operation(step, name, plain(arguments)))
             self._operations.publish(encode_string(text))
 
     def steps_until_due(self, world: Any) -> int:

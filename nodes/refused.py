@@ -29,3 +29,9 @@ class WrongStampError(RefusedInputError):
     """In lockstep: not the message for the next step."""
 
     counter = "refused_stamp"
+
+
+class RefusedBodyError(RefusedInputError):
+    """A body can't be added, removed or changed as asked."""
+
+    counter = "refused_body"

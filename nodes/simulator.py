@@ -12,7 +12,9 @@ from rclpy.parameter import Parameter
 
 import rb_physics as rb
 from rb_physics.recording import Recorder, RecordingError, load_topics, new_run_directory
+from rb_physics.recording.operations import CHANGE_BODIES
 from rb_physics.recording.rerun_log import require
+from rb_physics.recording.topics import Topic
 
 from .complaints import Complaints
 from .diagnostics import Diagnostics
@@ -79,9 +81,10 @@ class Simulator:
         )
 
     def _connect(self, world: Any, values: dict[str, Any]) -> None:
+        self._world = world
         self.inputs = Inputs(
             world,
-            [topic for topic in self.recorder.outputs.topics if topic.direction == "in"],
+            self._input_topics(),
             values["wrench_timeout"],
             values["cmd_vel_timeout"],
             values["lockstep"],
@@ -95,7 +98,7 @@ class Simulator:
             self.inputs,
             self.publishing,
             self.pacer,
-            self.publishing.perform,
+            self.perform,
             paused=values["start_paused"],
             duration=values["duration"],
             log=self._log_error,
@@ -105,10 +108,27 @@ class Simulator:
         self._services: list[Any] = [Services(self._node, self.loop.commands)]
         messages = load_messages()
         if messages is not None:
-            further = SimulationInterfaces(self.loop, self.publishing.perform, *messages)
+            further = SimulationInterfaces(self.loop, self.perform, *messages)
             further.offer(self._node)
             self._services.append(further)
         self._thread = threading.Thread(target=self.loop.run, name="physics")
+
+    def perform(self, name: str, **arguments: Any) -> None:
+        """Change the world, log it and say so; topics follow the bodies. In the physics thread.
+
+        Raises ValueError or KeyError when the change is not possible; then nothing has changed.
+        """
+        before = self._world.bodies
+        self.publishing.perform(name, **arguments)
+        if name in CHANGE_BODIES and self._world.bodies != before:
+            self.publishing.fit()
+            self.inputs.fit(self._world, self._input_topics())
+            self._subscribing.fit()
+            if name in ("add_body", "remove_body"):  # the loop itself sends all after a reset
+                self.publishing.start(self._world)
+
+    def _input_topics(self) -> list[Topic]:
+        return [topic for topic in self.recorder.outputs.topics if topic.direction == "in"]
 
     def activate(self) -> None:
         """Let the simulation run; it begins at the first call."""

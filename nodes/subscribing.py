@@ -15,6 +15,8 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
+from rb_physics.recording.topics import Topic
+
 from .commands import CommandQueue
 from .conversions import message_class, qos_profile
 from .graph_watch import GraphWatch
@@ -37,36 +39,52 @@ class _NotInExecutor(CallbackGroup):
 
 
 class Subscribing:
-    """One raw subscription for each input topic, in topic order, and the thread that reads them."""
+    """One raw subscription for each input topic, in topic order, and the thread that reads them.
+
+    Raises ImportError when a topic's type is not installed.
+    """
 
     def __init__(self, node: Node, inputs: Inputs, commands: CommandQueue) -> None:
+        self._node = node
         self._inputs = inputs
         self._commands = commands
-        self._context = node.context
         self._stopping = threading.Event()
-        group = _NotInExecutor()
-        self._subscriptions = [
-            node.create_subscription(
-                message_class(topic.type),
-                topic.name,
-                self._never_called,
-                qos_profile(topic.qos),
-                callback_group=group,
-                raw=True,
-            )
-            for topic in inputs.topics
-        ]
-        for subscription in self._subscriptions:
-            self._leave_events_to_executor(node, subscription)
-        self._watch = GraphWatch(node, self._subscriptions)
+        self._group = _NotInExecutor()
+        self._subscriptions: dict[str, Subscription] = {}
+        self._lock = threading.Lock()  # of what follows
+        self._changed = False
+        self._leaving: list[Subscription] = []  # to be destroyed once no wait set holds them
+        # A subscription must not be destroyed while it is waited for: this ends the wait.
+        self._guard = node.create_guard_condition(lambda: None, callback_group=self._group)
+        self.fit()
+        self._watch = GraphWatch(node, lambda: list(self._subscriptions.values()))
         self._thread = threading.Thread(target=self._run, name="inputs", daemon=True)
 
-    @staticmethod
-    def _leave_events_to_executor(node: Node, subscription: Subscription) -> None:
-        """So that a publisher with incompatible QoS is still reported by rclpy."""
+    def fit(self) -> None:
+        """A subscription for each input topic; called again when bodies were added or removed."""
+        wanted = {topic.name: topic for topic in self._inputs.topics}
+        kept = {n: s for n, s in self._subscriptions.items() if n in wanted}
+        created = {n: self._create(t) for n, t in wanted.items() if n not in kept}
+        with self._lock:
+            self._leaving += [s for n, s in self._subscriptions.items() if n not in kept]
+            self._subscriptions = kept | created
+            self._changed = True
+        self._guard.trigger()
+
+    def _create(self, topic: Topic) -> Subscription:
+        subscription = self._node.create_subscription(
+            message_class(topic.type),
+            topic.name,
+            self._never_called,
+            qos_profile(topic.qos),
+            callback_group=self._group,
+            raw=True,
+        )
+        # A publisher with incompatible QoS is still reported by rclpy.
         for handler in subscription.event_handlers:
-            handler.callback_group = node.default_callback_group
-            node.default_callback_group.add_entity(handler)
+            handler.callback_group = self._node.default_callback_group
+            self._node.default_callback_group.add_entity(handler)
+        return subscription
 
     def start(self) -> None:
         """Begin to take messages."""
@@ -75,34 +93,55 @@ class Subscribing:
     def stop(self) -> None:
         """End the thread."""
         self._stopping.set()
+        self._guard.trigger()
         if self._thread.is_alive():
             self._thread.join()
 
     def destroy(self, node: Node) -> None:
         """Take the subscriptions away; the thread has ended."""
-        for subscription in self._subscriptions:
+        for subscription in (*self._subscriptions.values(), *self._leaving):
             node.destroy_subscription(subscription)
+        node.destroy_guard_condition(self._guard)
 
     def _never_called(self, data: bytes) -> None:
         raise AssertionError("input subscriptions are read by the input thread")
 
+    def _take_changes(self) -> dict[str, Subscription] | None:
+        """The subscriptions, if they are others than before."""
+        with self._lock:
+            if not self._changed:
+                return None
+            self._changed = False
+            leaving, self._leaving = self._leaving, []
+            present = dict(self._subscriptions)
+        for subscription in leaving:
+            self._node.destroy_subscription(subscription)
+        return present
+
     def _run(self) -> None:
-        handles = [subscription.handle for subscription in self._subscriptions]
-        if not handles:
-            return
-        kinds = [subscription.msg_type for subscription in self._subscriptions]
-        index_of = {handle.pointer: index for index, handle in enumerate(handles)}
         put, lockstep = self._inputs.inbox.put, self._inputs.lockstep is not None
-        wait_set = _rclpy.WaitSet(len(handles), 0, 0, 0, 0, 0, self._context.handle)
+        context = self._node.context.handle
+        handles: list[Any] = []
+        topic_of: dict[int, tuple[str, Any, Any]] = {}
+        wait_set = _rclpy.WaitSet(0, 1, 0, 0, 0, 0, context)
         while not self._stopping.is_set():
+            present = self._take_changes()
+            if present is not None:
+                handles = [subscription.handle for subscription in present.values()]
+                topic_of = {
+                    subscription.handle.pointer: (name, subscription.handle, subscription.msg_type)
+                    for name, subscription in present.items()
+                }
+                wait_set = _rclpy.WaitSet(len(handles), 1, 0, 0, 0, 0, context)
             wait_set.clear_entities()
+            wait_set.add_guard_condition(self._guard.handle)
             for handle in handles:
                 wait_set.add_subscription(handle)
             wait_set.wait(WAIT)
             for pointer in wait_set.get_ready_entities("subscription"):
-                index = index_of[pointer]
-                while (taken := handles[index].take_message(kinds[index], True)) is not None:
-                    put(index, taken[0])
+                name, handle, kind = topic_of[pointer]
+                while (taken := handle.take_message(kind, True)) is not None:
+                    put(name, taken[0])
             if lockstep:
                 self._commands.wake()
             self._watch.look()

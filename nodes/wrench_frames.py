@@ -23,6 +23,7 @@ Vector = tuple[float, float, float]
 
 WORLD = "world"
 COM = "com"
+BODY_PATTERN = "NAME"  # in the frame_id of a batched message: each of its bodies
 
 
 class BodyWrench(NamedTuple):

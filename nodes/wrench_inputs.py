@@ -7,8 +7,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from .refused import RefusedValueError
-from .wrench_frames import BodyWrench, Vector, WrenchFrames
+from .refused import RefusedBodyError, RefusedValueError
+from .wrench_frames import BODY_PATTERN, BodyWrench, Vector, WrenchFrames
 
 FOREVER = -1.0
 Perform = Callable[..., None]  # changes the world by an operation's name and arguments, logging it
@@ -16,11 +16,10 @@ Perform = Callable[..., None]  # changes the world by an operation's name and ar
 
 @dataclass(frozen=True)
 class WrenchSource:
-    """One wrench topic of one body. Sources of a body add up in the order they are listed in."""
+    """A wrench topic. Sources of a body add up in the order they are listed in."""
 
-    body: str
-    source: str  # "" for ~/bodies/NAME/wrench, SOURCE for ~/bodies/NAME/wrench/SOURCE
     topic: str
+    body: str | None  # None: a batched topic, a source of every body
 
 
 class WrenchInputs:
@@ -31,30 +30,36 @@ class WrenchInputs:
 
     Parameters
     ----------
-    sources: every wrench topic, in topic order.
-    frames: body name -> its valid frames.
     dt: length of a step, s.
     timeout: how long a wrench is held, s of simulation time; 0 means one step, -1 for ever.
     """
 
-    def __init__(
-        self,
-        sources: Sequence[WrenchSource],
-        frames: Mapping[str, WrenchFrames],
-        dt: float,
-        timeout: float,
-    ) -> None:
-        self.sources = tuple(sources)
-        self._frames = dict(frames)
+    def __init__(self, dt: float, timeout: float) -> None:
         self._dt = dt
-        self._waiting: dict[int, BodyWrench] = {}
-        self._until: dict[int, float] = {}  # source -> first step in which it acts no more
-        seen: Counter[str] = Counter()
-        self._number: list[int] = []  # of a source among those of its body
-        for source in self.sources:
-            self._number.append(seen[source.body])
-            seen[source.body] += 1
+        self._frames: dict[str, WrenchFrames] = {}
+        self._rank: dict[str, int] = {}  # of a topic
+        self._number: dict[tuple[str, str], int] = {}  # (topic, body) -> source among the body's
+        self._waiting: dict[str, dict[str, BodyWrench]] = {}  # topic -> wrench of each body
+        self._until: dict[tuple[str, str], float] = {}  # -> first step in which it acts no more
         self.set_timeout(timeout)
+
+    def fit(self, sources: Sequence[WrenchSource], frames: Mapping[str, WrenchFrames]) -> None:
+        """The wrench topics, in their order, and the dynamic bodies with their valid frames.
+
+        Called again when bodies were added or removed; what is held on the others goes on.
+        """
+        self._frames = dict(frames)
+        self._rank = {source.topic: rank for rank, source in enumerate(sources)}
+        self._number = {}
+        seen: Counter[str] = Counter()
+        for source in sources:
+            for body in self._frames if source.body is None else [source.body]:
+                self._number[source.topic, body] = seen[body]
+                seen[body] += 1
+        self._until = {key: until for key, until in self._until.items() if key in self._number}
+        for topic, wrenches in self._waiting.items():
+            for body in [body for body in wrenches if (topic, body) not in self._number]:
+                del wrenches[body]
 
     def set_timeout(self, timeout: float) -> None:
         """How long wrenches that arrive from now on are held."""
@@ -64,51 +69,101 @@ class WrenchInputs:
             )
         self._duration = None if timeout == FOREVER else float(timeout)
 
-    def resolve(self, source: int, frame_id: str, force: Vector, torque: Vector) -> BodyWrench:
+    def resolve(self, body: str, frame_id: str, force: Vector, torque: Vector) -> BodyWrench:
         """The wrench at the centre of mass that a message means.
 
         Raises RefusedValueError for numbers that are not finite, UnknownFrameError.
         """
-        body = self.sources[source].body
         if not all(map(math.isfinite, force)) or not all(map(math.isfinite, torque)):
             raise RefusedValueError(
                 f"wrench on body '{body}' refused: force {force} and torque {torque} must be finite"
             )
         return self._frames[body].resolve(frame_id, force, torque)
 
-    def hold(self, source: int, wrench: BodyWrench) -> None:
-        """Let a wrench act from the next step on, instead of what the same source sent before."""
-        self._waiting[source] = wrench
+    def resolve_batch(
+        self, topic: str, frame_id: str, bodies: Sequence[str], wrenches: Sequence[Sequence[float]]
+    ) -> dict[str, BodyWrench]:
+        """The wrenches of a batched message; the literal NAME in `frame_id` stands for each body.
+
+        Raises RefusedInputError: then nothing of the message acts.
+        """
+        if len(bodies) != len(wrenches):
+            raise RefusedValueError(
+                f"message on {topic} refused: {len(bodies)} joint_names but {len(wrenches)} "
+                "wrenches; give one for each"
+            )
+        resolved: dict[str, BodyWrench] = {}
+        pattern = frame_id == BODY_PATTERN or frame_id.startswith(f"{BODY_PATTERN}/")
+        for body, wrench in zip(bodies, wrenches, strict=True):
+            if body not in self._frames:
+                raise RefusedBodyError(
+                    f"message on {topic} refused: there is no dynamic body '{body}'; there are "
+                    f"{', '.join(self._frames) or 'none'}"
+                )
+            if body in resolved:
+                raise RefusedBodyError(f"message on {topic} refused: '{body}' is named twice")
+            frame = body + frame_id.removeprefix(BODY_PATTERN) if pattern else frame_id
+            force, torque = tuple(wrench[:3]), tuple(wrench[3:])
+            resolved[body] = self.resolve(body, frame, force, torque)  # type: ignore[arg-type]
+        return resolved
+
+    def hold(self, topic: str, wrenches: Mapping[str, BodyWrench]) -> None:
+        """Let wrenches act from the next step on, instead of what the same source sent before."""
+        self._waiting[topic] = dict(wrenches)
 
     def apply(self, step: int, perform: Perform) -> None:
         """Hand over what was held since the last step, in topic order; `step` is the next one."""
-        for source in sorted(self._waiting):
-            wrench = self._waiting[source]
-            perform(
-                "apply_wrench",
-                body=self.sources[source].body,
-                force=wrench.force,
-                torque=wrench.torque,
-                frame="body" if wrench.in_body_axes else "world",
-                duration=self._duration,
-                source=self._number[source],
-            )
+        if not self._waiting:
+            return
+        for topic in sorted(self._waiting, key=lambda name: self._rank.get(name, -1)):
+            wrenches = self._waiting[topic]
+            for key in [k for k in self._until if k[0] == topic and k[1] not in wrenches]:
+                if step < self._until.pop(key):  # the batch names this body no longer
+                    perform("clear_wrenches", body=key[1], source=self._number[key])
+            self._hand_over(topic, wrenches, perform)
             duration = self._duration
-            self._until[source] = (
-                math.inf if duration is None else step + max(1.0, duration / self._dt - 1e-6)
-            )
+            until = math.inf if duration is None else step + max(1.0, duration / self._dt - 1e-6)
+            self._until.update({(topic, body): until for body in wrenches})
         self._waiting.clear()
+
+    def _hand_over(
+        self, topic: str, wrenches: Mapping[str, BodyWrench], perform: Perform
+    ) -> None:
+        for in_body_axes in (False, True):
+            some = {b: w for b, w in wrenches.items() if w.in_body_axes == in_body_axes}
+            frame = "body" if in_body_axes else "world"
+            if len(some) == 1:
+                ((body, wrench),) = some.items()
+                perform(
+                    "apply_wrench",
+                    body=body,
+                    force=wrench.force,
+                    torque=wrench.torque,
+                    frame=frame,
+                    duration=self._duration,
+                    source=self._number[topic, body],
+                )
+            elif some:
+                perform(
+                    "apply_wrenches",
+                    bodies=list(some),
+                    sources=[self._number[topic, body] for body in some],
+                    wrenches=[[*wrench.force, *wrench.torque] for wrench in some.values()],
+                    frame=frame,
+                    duration=self._duration,
+                )
 
     def clear(self, step: int, perform: Perform) -> int:
         """Let go of every wrench; returns how many sources were pushing."""
         count = self.active(step)
-        for body in dict.fromkeys(self.sources[source].body for source in self._until):
+        for body in dict.fromkeys(body for _, body in self._until):
             perform("clear_wrenches", body=body)
         self._until.clear()
         self._waiting.clear()
         return count
 
     def active(self, step: int) -> int:
-        """Number of sources that push in step `step`."""
-        acting = {source for source, until in self._until.items() if step < until}
-        return len(acting | set(self._waiting))
+        """Number of sources that push in step `step`, counted for each body."""
+        acting = {key for key, until in self._until.items() if step < until}
+        waiting = {(topic, body) for topic, bodies in self._waiting.items() for body in bodies}
+        return len(acting | waiting)

@@ -135,7 +135,7 @@ class Body:
 
     @friction.setter
     def friction(self, value: float) -> None:
-        self._set_material(friction=value)
+        self.set_material(friction=value)
 
     @property
     def static_friction(self) -> float:
@@ -144,7 +144,7 @@ class Body:
 
     @static_friction.setter
     def static_friction(self, value: float) -> None:
-        self._set_material(static_friction=value)
+        self.set_material(static_friction=value)
 
     @property
     def restitution(self) -> float:
@@ -153,7 +153,7 @@ class Body:
 
     @restitution.setter
     def restitution(self, value: float) -> None:
-        self._set_material(restitution=value)
+        self.set_material(restitution=value)
 
     @property
     def rolling_friction(self) -> float:
@@ -162,7 +162,7 @@ class Body:
 
     @rolling_friction.setter
     def rolling_friction(self, value: float) -> None:
-        self._set_material(rolling_friction=value)
+        self.set_material(rolling_friction=value)
 
     @property
     def spinning_friction(self) -> float:
@@ -171,9 +171,10 @@ class Body:
 
     @spinning_friction.setter
     def spinning_friction(self, value: float) -> None:
-        self._set_material(spinning_friction=value)
+        self.set_material(spinning_friction=value)
 
-    def _set_material(self, **values: float) -> None:
+    def set_material(self, **values: float) -> None:
+        """Sets several of the coefficients above at once. Raises `SceneError`; then none is set."""
         core = self._core()
         material = core._material(self._row)
         follows = material.static_friction == material.friction

@@ -189,6 +189,57 @@ def add_body(world: World, body: dict[str, Any]) -> Any:
     return world.add_body(_shape(body["shape"]), **_given(body))
 
 
+_CHANGEABLE = (
+    "position", "orientation", "linear_velocity", "angular_velocity", "friction",
+    "static_friction", "rolling_friction", "spinning_friction", "restitution",
+)  # fmt: skip
+
+
+def parse_body(text: str, source: str = "body") -> dict[str, Any]:
+    """One body as in a scene file (YAML), checked against the schema; meshes by their vertices.
+
+    Raises SceneError, as scene files do.
+    """
+    return _parse_part(text, source, {"$ref": "#/$defs/body"})
+
+
+def parse_change(text: str, source: str = "change") -> dict[str, Any]:
+    """What is to become of a body: YAML with its `name` and any of the fields of a scene file that
+    can change while it is simulated. Raises SceneError.
+    """
+    body = scene_schema()["$defs"]["body"]["properties"]
+    properties = {key: body[key] for key in ("name", *_CHANGEABLE)}
+    return _parse_part(
+        text, source, {"type": "object", "properties": properties, "required": ["name"],
+                       "additionalProperties": False}
+    )  # fmt: skip
+
+
+def _parse_part(text: str, source: str, rule: dict[str, Any]) -> dict[str, Any]:
+    from . import located_yaml
+
+    schema = {"$defs": scene_schema()["$defs"], **rule}
+    try:
+        data: dict[str, Any] = located_yaml.parse(text, source, schema).data
+    except ValueError as error:
+        raise SceneError(str(error)) from None
+    if "file" in str(data.get("shape")):
+        _no_files(data["shape"], data["name"])
+    return data
+
+
+def _no_files(shape: dict[str, Any], body: str) -> None:
+    if "file" in shape:
+        raise SceneError(
+            f"body {body!r}: shape.file is {shape['file']!r}; a body that is added while the "
+            "simulation runs gives its vertices instead",
+            body=body,
+            field="shape",
+        )
+    for part in shape.get("parts", ()):
+        _no_files(part["shape"], body)
+
+
 def _given(body: dict[str, Any]) -> dict[str, Any]:
     """The arguments of World.add_body in a body's description."""
     given = {key: value for key, value in body.items() if key != "shape"}

@@ -233,6 +233,13 @@ class CdrReader:
     def u32(self) -> int:
         return int(self.unpack("I")[0])
 
+    def count(self, size: int) -> int:
+        """The length of a sequence whose elements take at least `size` bytes each."""
+        count = self.u32()
+        if count * size > len(self._data) - self._position:
+            raise ValueError(f"a sequence of {count} elements does not fit into the message")
+        return count
+
     def string(self) -> str:
         length = self.u32()
         if length == 0:  # some vendors write the empty string without its NUL

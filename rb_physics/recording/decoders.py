@@ -50,6 +50,33 @@ def decode_twist_stamped(data: bytes) -> Stamped:
     return _decode_stamped(data, 6, "geometry_msgs/msg/TwistStamped")
 
 
+class MultiDofJoints(NamedTuple):
+    """sensor_msgs/msg/MultiDOFJointState: what is known of many bodies at once."""
+
+    time_ns: int  # header.stamp
+    frame_id: str
+    names: tuple[str, ...]
+    transforms: NDArray  # (N or 0, 7) position m, quaternion
+    twists: NDArray  # (N or 0, 6) m/s, rad/s
+    wrenches: NDArray  # (N or 0, 6) N, N m
+
+
+def decode_multi_dof_joints(data: bytes) -> MultiDofJoints:
+    """Raises ValueError on malformed bytes."""
+    try:
+        reader = CdrReader(data)
+        time_ns, frame_id = reader.stamp(), reader.string()
+        names = tuple(reader.string() for _ in range(reader.count(4)))
+        rows = []
+        for width in (7, 6, 6):
+            count = reader.count(8 * width)
+            rows.append(np.array(reader.array("f8", count * width), "f8").reshape(count, width))
+        reader.end()
+    except ValueError as error:
+        raise ValueError(f"malformed sensor_msgs/msg/MultiDOFJointState: {error}") from None
+    return MultiDofJoints(time_ns, frame_id, names, *rows)
+
+
 def decode_clock(data: bytes) -> int:
     """rosgraph_msgs/msg/Clock: time in ns."""
     return CdrReader(data).stamp()
@@ -70,12 +97,18 @@ def decode_pose_array(data: bytes) -> tuple[int, str, NDArray]:
 
 
 def decode_transforms(data: bytes) -> list[tuple[int, str, str, tuple[float, ...]]]:
-    """tf2_msgs/msg/TFMessage: a list of (stamp in ns, frame, child frame, 7 doubles)."""
-    reader = CdrReader(data)
-    return [
-        (reader.stamp(), reader.string(), reader.string(), reader.unpack("d", 7))
-        for _ in range(reader.u32())
-    ]
+    """tf2_msgs/msg/TFMessage: a list of (stamp in ns, frame, child frame, 7 doubles).
+    Raises ValueError on malformed bytes."""
+    try:
+        reader = CdrReader(data)
+        transforms = [
+            (reader.stamp(), reader.string(), reader.string(), reader.unpack("d", 7))
+            for _ in range(reader.count(64))
+        ]
+        reader.end()
+    except ValueError as error:
+        raise ValueError(f"malformed tf2_msgs/msg/TFMessage: {error}") from None
+    return transforms
 
 
 _POINT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}

@@ -10,11 +10,17 @@ clear_wrenches     body (None: all bodies), source (None: all)
 apply_impulse      body, impulse, point
 move               body, position, orientation, linear_velocity, angular_velocity
 set_state          body and any of the four of move: sets the state of any body
+change_body        body and any of the four of move and of friction, static_friction,
+                   restitution, rolling_friction, spinning_friction: all of it or nothing
+apply_wrenches     bodies, sources, wrenches (a row of force and torque at the centre of mass
+                   for each), frame, duration: apply_wrench for many bodies
 add_body           description: a body as in a scene file
 remove_body        body
-reset              back to the state and time at the start of the recording
+reset              back to the state and time at the start of the recording, bodies included
 reset_state        back to that state; time goes on
 =================  =================================================================
+
+Both resets take keep_spawned (False): bodies added since stay, in the state they were added in.
 """
 
 from __future__ import annotations
@@ -24,6 +30,11 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+
+from .initial_bodies import InitialBodies
+
+CHANGE_BODIES = ("add_body", "remove_body", "reset", "reset_state")  # the set of bodies may change
+_STATE = ("position", "orientation", "linear_velocity", "angular_velocity")
 
 
 class Operation(NamedTuple):
@@ -41,6 +52,8 @@ class Operations:
         """`initial`: the snapshot that `reset` goes back to; None: the present state."""
         self._world = world
         self._initial: bytes = world.save() if initial is None else initial
+        self._first_bodies = InitialBodies(world)
+        self._spawned: dict[str, dict[str, Any]] = {}  # description by name, in order
 
     def perform(self, name: str, arguments: Mapping[str, Any]) -> None:
         """Raises ValueError for an unknown operation, and what the world raises."""
@@ -62,25 +75,67 @@ class Operations:
     def _move(self, body: str, **arguments: Any) -> None:
         self._world[body].move(**arguments)
 
-    def _set_state(self, body: str, **arguments: Any) -> None:
-        for field in ("position", "orientation", "linear_velocity", "angular_velocity"):
-            if arguments.get(field) is not None:
-                setattr(self._world[body], field, arguments[field])
+    def _apply_wrenches(
+        self,
+        bodies: list[str],
+        sources: list[int],
+        wrenches: list[list[float]],
+        frame: str,
+        duration: float | None,
+    ) -> None:
+        rows = []
+        for name in bodies:
+            if self._world[name].type != "dynamic":
+                raise ValueError(f"body '{name}' is {self._world[name].type}, not dynamic")
+            rows.append(self._world[name].row)
+        values = np.array(wrenches, np.float64).reshape(len(rows), 6)
+        if not np.isfinite(values).all():
+            raise ValueError("every wrench must be finite")
+        held = -1.0 if duration is None else float(duration)
+        self._world._apply_wrenches(rows, sources, values, frame == "body", held)
+
+    def _change_body(self, body: str, **arguments: Any) -> None:
+        from .. import checks
+
+        target = self._world[body]
+        given = {key: value for key, value in arguments.items() if value is not None}
+        state = {key: given.pop(key) for key in _STATE if key in given}
+        for key, value in state.items():
+            (checks.quaternion if key == "orientation" else checks.vector)(body, key, value)
+            if key.endswith("velocity") and target.type == "static":
+                target._not_static(key)
+        if given:
+            target.set_material(**given)
+        for key, value in state.items():
+            setattr(target, key, value)
+
+    @property
+    def spawned(self) -> tuple[str, ...]:
+        """Names of the bodies added since the start, in their order."""
+        return tuple(self._spawned)
 
     def _add_body(self, description: dict[str, Any]) -> None:
         from ..scene import add_body
 
-        add_body(self._world, description)
+        body = add_body(self._world, description)
+        self._spawned[body.name] = description
 
     def _remove_body(self, body: str) -> None:
         self._world.remove(self._world[body])
+        self._spawned.pop(body, None)
 
-    def _reset(self) -> None:
+    def _reset(self, keep_spawned: bool = False) -> None:
+        self._first_bodies.put_back()
         self._world.restore(self._initial)
+        spawned, self._spawned = self._spawned, {}
+        if keep_spawned:
+            for name, description in spawned.items():
+                if name not in self._world:  # a removed body of the start had that name and is back
+                    self._add_body(description)
 
-    def _reset_state(self) -> None:
+    def _reset_state(self, keep_spawned: bool = False) -> None:
         steps = self._world.step_count
-        self._world.restore(self._initial)
+        self._reset(keep_spawned)
         self._world.step_count = steps
 
 
@@ -89,7 +144,9 @@ _METHODS: dict[str, Callable[..., None]] = {
     "clear_wrenches": Operations._clear_wrenches,
     "apply_impulse": Operations._apply_impulse,
     "move": Operations._move,
-    "set_state": Operations._set_state,
+    "set_state": Operations._change_body,
+    "change_body": Operations._change_body,
+    "apply_wrenches": Operations._apply_wrenches,
     "add_body": Operations._add_body,
     "remove_body": Operations._remove_body,
     "reset": Operations._reset,

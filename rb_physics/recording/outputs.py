@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import encoders
+from .contact_sums import ContactSums, SensorFrames
 from .geometry import BodyDescription, describe
 from .markers import MarkerEncoder
 from .palette import ForceArrows
 from .quaternions import cross, rotate_inverse
-from .topics import LATCHED, Topic, TopicTable
+from .topics import LATCHED, SENSORS, Topic, TopicTable
 from .urdf import scene_urdf
 
 Message = tuple[str, bytes]  # topic name, serialised message
@@ -60,37 +61,41 @@ class Outputs:
         """Raises TopicError when the table doesn't fit the world's bodies."""
         self._world, self._table, self._node_name = world, table, node_name
         self.statuses: Callable[[], Sequence[Status]] | None = None  # the caller's diagnostics
-        self._impulses: dict[int, NDArray] = {}  # of each wrench group since its last message
-        self._wrench_since: dict[int, float] = {}
-        self.rebuild()
+        self._sums = ContactSums(world)
+        self._build(strict=True)
+        self.restart()
 
     def rebuild(self) -> None:
         """Call after bodies were added or removed; new topics are in `topics` afterwards."""
+        self._build(strict=False)
+        self._schedule()
+
+    def restart(self) -> None:
+        """Call after a jump in time: intervals and rates begin anew at the present time."""
+        self._sums.restart(self._time_ns())
+        self._schedule()
+
+    def _build(self, strict: bool) -> None:
         world = self._world
         self.bodies: list[BodyDescription] = describe(world.bodies)
         self._row_of = {body.name: row for row, body in enumerate(self.bodies)}
-        self.topics = self._table.expand(world.bodies, self._node_name)
-        self._centers = np.array([b.center_of_mass for b in self.bodies]).reshape(-1, 3)
+        self.topics = self._table.expand(world.bodies, self._node_name, strict=strict)
         self._dt_ns = float(world.settings.dt) * 1e9
+        self._sums.rebuild()
         self._groups: list[_Group] = []
         keyed: dict[tuple, list[Topic]] = {}
         for topic in self.topics:
             if topic.direction == "out" and topic.content not in LATCHED:
-                frame = topic.frame.replace(topic.body or " ", "NAME")
-                keyed.setdefault((topic.content, topic.rate, topic.body is None or frame), [])
-                keyed[topic.content, topic.rate, topic.body is None or frame].append(topic)
+                frame = topic.frame if topic.content not in SENSORS else ""
+                frame = frame.replace(topic.body or " ", "NAME")
+                key = (topic.content, topic.rate, topic.body is None or frame)
+                keyed.setdefault(key, []).append(topic)
         for topics in keyed.values():
             build = getattr(self, f"_{topics[0].content}_encoder")
             self._groups.append(_Group(topics, build(topics)))
-        self.restart()
 
-    def restart(self) -> None:
-        """Call after a jump in time: intervals and rates begin anew at the present time."""
-        drained = self._world.drain_contact_impulses()
+    def _schedule(self) -> None:
         now = self._time_ns()
-        for key in self._impulses:
-            self._impulses[key] = np.zeros_like(drained)
-            self._wrench_since[key] = now
         for group in self._groups:
             group.next_ns = now if group.period_ns == 0 else self._next(group, now)
         self._earliest = min((group.next_ns for group in self._groups), default=math.inf)
@@ -192,34 +197,20 @@ class Outputs:
         return encode
 
     def _contact_wrench_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
-        rows, world = self._rows(topics), self._world
         encoder = encoders.WrenchStampedEncoder([topic.frame for topic in topics])
-        frame = topics[0].frame.removeprefix(topics[0].body or "")
-        key = len(self._groups)
-        self._impulses[key] = np.zeros((len(self.bodies), 6))
+        frames, key = SensorFrames(topics, self.bodies), (topics[0].content, topics[0].rate)
+        self._sums.open(key, topics, self._row_of, self._time_ns())
 
         def encode(now: int) -> list[bytes]:
             if not self._drained:  # once per collect, for every group that sums up
-                drained = world.drain_contact_impulses()
-                for impulses in self._impulses.values():
-                    impulses += drained
+                self._sums.drain()
                 self._drained = True
-            interval = (now - self._wrench_since[key]) * 1e-9
-            mean = (
-                self._impulses[key][rows] / interval if interval > 0 else np.zeros((len(rows), 6))
-            )
-            self._impulses[key][:] = 0.0
-            self._wrench_since[key] = now
-            force, torque = mean[:, :3], mean[:, 3:]
-            if frame == "":  # about the body's origin
-                lever = world.com_positions[rows] - world.positions[rows]
-                torque = torque + cross(lever, force)
-            if frame != "world":
-                q = world.orientations[rows]
-                force, torque = rotate_inverse(q, force), rotate_inverse(q, torque)
-            return encoder.encode(now, np.hstack((force, torque)))
+            wrenches = frames.express(self._world, self._sums.mean(key, now))
+            return encoder.encode(now, wrenches)
 
         return encode
+
+    _pair_wrench_encoder = _contact_wrench_encoder
 
     def _contacts_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
         encoder = encoders.PointCloudEncoder(topics[0].frame, CONTACT_POINT)
@@ -240,9 +231,11 @@ class Outputs:
         return encode
 
     def _tf_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
-        names = [body.name for body in self.bodies]
+        # A body driven by /tf has its transform from there.
+        driven = {name for topic in self.topics for name in topic.bodies}
+        names = [body.name for body in self.bodies if body.name not in driven]
         encoder = encoders.TransformEncoder([topics[0].frame] * len(names), names)
-        rows = np.arange(len(names))
+        rows = np.array([self._row_of[name] for name in names], np.intp)
         return lambda now: [encoder.encode(now, self._poses_of(rows))] * len(topics)
 
     def _totals_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:

@@ -16,7 +16,7 @@ from . import encoders
 from .geometry import to_json as bodies_to_json
 from .mcap_log import Attachment, McapLog, RecordingError
 from .message_queue import Entry
-from .operations import Operation, Operations, plain
+from .operations import CHANGE_BODIES, Operation, Operations, plain
 from .operations import to_json as operation_to_json
 from .outputs import Message, Outputs
 from .topics import Qos, TopicTable, load_topics
@@ -83,6 +83,7 @@ class Recorder:
         self._operations = Operations(world, initial)
         self._namespace = "/" + node_name.strip("/") + "/"
         self.step = 0  # steps made since the start
+        self._counted = int(world.step_count)
         self._time_offset = 0  # ns, log time minus simulated time
         self._last_log_time = 0
         self._log: McapLog | None = None
@@ -129,9 +130,11 @@ class Recorder:
         """Call after one or several steps: logs what they did, returns the outputs that are due."""
         messages = self.outputs.collect()
         if self._log is None:
+            self._count()
             return messages
         hashes = self._world.drain_hashes().tolist()
         first, self.step = self.step, self.step + len(hashes)
+        self._counted = int(self._world.step_count)
         self._hashes.extend(enumerate(hashes, first + 1))
         now = self._now()
         entries = [self._entry(name, now, data) for name, data in messages]
@@ -143,26 +146,41 @@ class Recorder:
             self._write(entries)
         return messages
 
-    def perform(self, name: str, **arguments: Any) -> None:
-        """Changes the world and logs it. Raises what the world raises; then nothing is logged."""
+    def perform(self, name: str, **arguments: Any) -> str:
+        """Changes the world and logs it; the JSON that is logged. Raises what the world raises; then
+        nothing is logged."""
         arguments = plain(arguments)
-        operation = Operation(self.step, name, arguments)
-        text = operation_to_json(operation)
+        text = operation_to_json(Operation(self.step, name, arguments))
+        before = self._world.bodies
         self._operations.perform(name, arguments)
-        if name in ("add_body", "remove_body"):
+        others = name in CHANGE_BODIES and self._world.bodies != before
+        if others:
             self.outputs.rebuild()
-        elif name in ("reset", "reset_state"):
+        if name in ("reset", "reset_state"):
             self.outputs.restart()
+            self._counted = int(self._world.step_count)
         if self._log is None:
-            return
+            return text
         now = self._now()
         entries = [*self._take_hashes(now), self._own("operations", now, text)]
-        if name in ("add_body", "remove_body"):
+        if others:
             self._register_topics()
             entries.extend(self._description(now))
         self._write(entries)
         if name in ("reset", "reset_state"):
             self.event("INFO", f"{name} at step {self.step}")
+        return text
+
+    @property
+    def spawned(self) -> tuple[str, ...]:
+        """Names of the bodies added since the start and still there."""
+        return self._operations.spawned
+
+    def _count(self) -> None:
+        """Steps made, when no hashes tell."""
+        now = int(self._world.step_count)
+        self.step += now - self._counted
+        self._counted = now
 
     def write_input(self, topic: str, data: bytes) -> None:
         """Logs a received message of an input topic of the table, as it came."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from . import decoders
 from .log_reader import Recording
 from .mcap_log import RecordingError
-from .operations import Operation, Operations
+from .operations import CHANGE_BODIES, Operation, Operations
 from .operations import from_json as operation_from_json
 from .recorder import FORMAT_VERSION, environment
 
@@ -162,7 +162,7 @@ class Repetition:
         """Jumps to a snapshot; bodies come and go as they did before it."""
         while self._pending and self._pending[-1].step < step:
             operation = self._pending.pop()
-            if operation.name in ("add_body", "remove_body"):
+            if operation.name in (*CHANGE_BODIES, "change_body"):  # surfaces aren't in snapshots
                 self._perform(operation)
         _restore(self.world, self._run, step)
         self.step = step

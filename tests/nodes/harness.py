@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -162,3 +163,17 @@ class Sim:
             self.node.close()
         finally:
             self.client.close()
+
+
+def operations_on(messages: list[Any], name: str) -> list[Any]:
+    """The operations of that name among messages of ~/operations."""
+    return [op for op in map(json.loads, (m.data for m in messages)) if op["name"] == name]
+
+
+def inputs_status(diagnostics: list[Any]) -> dict[str, int]:
+    """The counters of the last diagnostics about inputs; empty before any."""
+    for message in reversed(diagnostics):
+        for status in message.status:
+            if status.name == "sim_node: inputs":
+                return {item.key: int(item.value) for item in status.values}
+    return {}

@@ -1,13 +1,12 @@
 """Wrenches from another process: when they act, what is refused, what is counted."""
 
-import json
 import math
 import time
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray, WrenchStamped
-from harness import wait_for
+from harness import inputs_status, operations_on, wait_for
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -20,18 +19,6 @@ def wrench(frame="world", force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0)):
     message.wrench.force.x, message.wrench.force.y, message.wrench.force.z = force
     message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z = torque
     return message
-
-
-def operations_on(messages, name):
-    return [op for op in map(json.loads, (m.data for m in messages)) if op["name"] == name]
-
-
-def inputs_status(diagnostics):
-    for message in reversed(diagnostics):
-        for status in message.status:
-            if status.name == "sim_node: inputs":
-                return {item.key: int(item.value) for item in status.values}
-    return {}
 
 
 def test_a_wrench_acts_from_its_step_on_and_for_its_timeout(simulator):

@@ -12,13 +12,17 @@ import rb_physics as rb
 ZERO = (0.0, 0.0, 0.0)
 
 
-def make(timeout, sources=("", "gust")):
-    listed = [WrenchSource("box", source, f"/box/wrench/{source}") for source in sources]
-    return WrenchInputs(listed, {"box": WrenchFrames("box", ZERO, {})}, 1e-3, timeout)
+BOX = WrenchFrames("box", ZERO, {})
+
+
+def make(timeout, sources=("0", "1")):
+    inputs = WrenchInputs(1e-3, timeout)
+    inputs.fit([WrenchSource(source, "box") for source in sources], {"box": BOX})
+    return inputs
 
 
 def hold(inputs, source, frame, force):
-    inputs.hold(source, inputs.resolve(source, frame, force, ZERO))
+    inputs.hold(str(source), {"box": inputs.resolve("box", frame, force, ZERO)})
 
 
 class Floating:
@@ -115,9 +119,9 @@ def test_clear_lets_go_and_counts():
 def test_numbers_that_are_not_finite_are_refused(bad):
     inputs = make(0.1)
     with pytest.raises(RefusedValueError, match=r"'box'.*must be finite"):
-        inputs.resolve(0, "world", (0.0, bad, 0.0), ZERO)
+        inputs.resolve("box", "world", (0.0, bad, 0.0), ZERO)
     with pytest.raises(RefusedValueError, match="must be finite"):
-        inputs.resolve(0, "world", ZERO, (0.0, 0.0, bad))
+        inputs.resolve("box", "world", ZERO, (0.0, 0.0, bad))
 
 
 @pytest.mark.parametrize("timeout", [-0.5, -2.0, math.nan, math.inf])

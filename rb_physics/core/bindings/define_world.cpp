@@ -53,6 +53,49 @@ void step_many(World& w, std::uint64_t n) {
   }
 }
 
+// Holds a wrench in place of the one its source gave before; the order is that of the sources.
+void hold(Body& body, const AppliedWrench& a) {
+  std::erase_if(body.wrenches, [&a](const AppliedWrench& x) { return x.source == a.source; });
+  const auto at = std::find_if(body.wrenches.begin(), body.wrenches.end(),
+                               [&a](const AppliedWrench& x) { return x.source > a.source; });
+  body.wrenches.insert(at, a);
+}
+
+// Wrenches (N, 6) at the centres of mass of many bodies, one source number for each.
+void apply_wrenches(World& w, const std::vector<std::int32_t>& rows,
+                    const std::vector<std::int32_t>& sources, const InputArray& wrenches,
+                    bool body_frame, double duration) {
+  const double* p = wrenches.data();
+  for (std::size_t k = 0; k < rows.size(); ++k, p += 6) {
+    AppliedWrench a;
+    a.source = sources.at(k);
+    a.frame = body_frame ? WrenchFrame::BODY : WrenchFrame::WORLD;
+    a.force = Vec3(p[0], p[1], p[2]);
+    a.torque = Vec3(p[3], p[4], p[5]);
+    a.remaining = duration;
+    hold(w.bodies.at(rows[k]), a);
+  }
+}
+
+py::tuple drain_pair_impulses(World& w) {
+  const auto count = static_cast<py::ssize_t>(w.pair_impulses.size());
+  py::array_t<std::int32_t> rows({count, py::ssize_t{2}});
+  py::array_t<double> sums({count, py::ssize_t{9}});
+  std::int32_t* row = rows.mutable_data();
+  double* sum = sums.mutable_data();
+  for (const PairImpulse& p : w.pair_impulses) {
+    row[0] = p.body_a;
+    row[1] = p.body_b;
+    put(sum, p.impulse);
+    put(sum + 3, p.moment_a);
+    put(sum + 6, p.moment_b);
+    row += 2;
+    sum += 9;
+  }
+  w.pair_impulses.clear();
+  return py::make_tuple(rows, sums);
+}
+
 std::int32_t add(World& w, const Shape& shape, const std::string& name, BodyType type,
                  const MassProperties& mass, const InputArray& position,
                  const InputArray& orientation, const InputArray& linear_velocity,
@@ -272,6 +315,15 @@ void define_world(py::module_& m) {
           "(N, 6) contact impulse (N s) and angular impulse about the moving centre of mass (N m "
           "s), world axes, "
           "since the last call.")
+      .def_property(
+          "keep_pair_impulses", [](const World& w) { return w.keep_pair_impulses; },
+          [](World& w, bool on) { w.keep_pair_impulses = on; },
+          "Sum up what each pair of bodies does to each other for `drain_pair_impulses`.")
+      .def("drain_pair_impulses", &drain_pair_impulses,
+           "(rows (M, 2) int32 of bodies A and B, sums (M, 9)) since the last call, ordered by "
+           "rows: "
+           "impulse on A (N s), angular impulse on A and on B, each about its own moving centre of "
+           "mass (N m s), world axes. Needs `keep_pair_impulses`.")
       .def_property_readonly("contacts", &contact_rows,
                              "Structured array, one row per contact point.")
       .def_property_readonly(
@@ -363,13 +415,9 @@ void define_world(py::module_& m) {
              if (point)
                a.point = body_frame ? to_vec3(*point) : b.pose().apply_inverse(to_vec3(*point));
              a.remaining = duration;
-             std::erase_if(b.wrenches,
-                           [source](const AppliedWrench& x) { return x.source == source; });
-             const auto at =
-                 std::find_if(b.wrenches.begin(), b.wrenches.end(),
-                              [source](const AppliedWrench& x) { return x.source > source; });
-             b.wrenches.insert(at, a);
+             hold(b, a);
            })
+      .def("_apply_wrenches", &apply_wrenches)
       .def(
           "_clear_wrenches",
           [](World& w, int i, int source) {

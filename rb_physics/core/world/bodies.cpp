@@ -67,6 +67,12 @@ void remove_body(World& world, std::int32_t row) {
     if (c.body_a > row) --c.body_a;
     if (c.body_b > row) --c.body_b;
   }
+  std::erase_if(world.pair_impulses,
+                [row](const PairImpulse& p) { return p.body_a == row || p.body_b == row; });
+  for (PairImpulse& p : world.pair_impulses) {
+    if (p.body_a > row) --p.body_a;
+    if (p.body_b > row) --p.body_b;
+  }
   world.bodies.erase(world.bodies.begin() + row);
   world.applied.erase(world.applied.begin() + row);
   world.travel.erase(world.travel.begin() + row);

@@ -1,5 +1,6 @@
 // What the step leaves for its readers: contact classes (S9), contact wrenches, statistics; and the
 // check that every number is finite.
+#include <algorithm>
 #include <cmath>
 
 #include "contact/builder.hpp"
@@ -14,6 +15,22 @@ bool finite(const RigidState& s) {
   const auto small = [](const Vec3& v) { return v.cwiseAbs().maxCoeff() <= greatest; };
   return s.x.allFinite() && s.q.coeffs().allFinite() && s.p.allFinite() && s.L.allFinite() &&
          small(s.x) && small(s.p) && small(s.L);
+}
+
+// Adds a contact's impulse to the sum of its two bodies.
+void add_to_pair(std::vector<PairImpulse>& sums, const Contact& c) {
+  const auto before = [](const PairImpulse& p, const Contact& contact) {
+    return p.body_a != contact.body_a ? p.body_a < contact.body_a : p.body_b < contact.body_b;
+  };
+  auto sum = std::lower_bound(sums.begin(), sums.end(), c, before);
+  if (sum == sums.end() || sum->body_a != c.body_a || sum->body_b != c.body_b) {
+    sum = sums.insert(sum, PairImpulse{});
+    sum->body_a = c.body_a;
+    sum->body_b = c.body_b;
+  }
+  sum->impulse += c.impulse;
+  sum->moment_a += c.moment_a;
+  sum->moment_b += c.moment_b;
 }
 
 }  // namespace
@@ -52,6 +69,7 @@ void finish_step(World& world) {
     a.contact_moment += c.moment_a;
     b.contact_impulse -= c.impulse;
     b.contact_moment += c.moment_b;
+    if (world.keep_pair_impulses) add_to_pair(world.pair_impulses, c);
   }
   for (Body& body : world.bodies) {
     body.contact_impulse_sum += body.contact_impulse;

@@ -220,6 +220,7 @@ void restore(World& world, const std::uint8_t* data, std::size_t size) {
     c.material = combine(world.bodies[c.body_a].material, world.bodies[c.body_b].material,
                          world.settings.friction_combine, world.settings.restitution_combine);
   }
+  world.pair_impulses.clear();
   world.step_count = copy_of_state.step_count;
   world.geometry_dirty = copy_of_state.geometry_dirty;
   world.bodies = std::move(copy_of_state.bodies);

@@ -44,6 +44,15 @@ struct KinematicStart {
   std::optional<Pose> target;
 };
 
+// What the contacts of two bodies did since it was last asked for, world axes.
+struct PairImpulse {
+  std::int32_t body_a = -1;      // row, as in the contacts
+  std::int32_t body_b = -1;      // row
+  Vec3 impulse = Vec3::Zero();   // N s, on A (on B: the opposite)
+  Vec3 moment_a = Vec3::Zero();  // N m s, on A about its moving centre of mass
+  Vec3 moment_b = Vec3::Zero();  // N m s, on B about its moving centre of mass
+};
+
 // Scratch memory of the step.
 struct StepWorkspace {
   ContactProblem problem;
@@ -74,6 +83,8 @@ struct World {
   std::vector<KinematicStart> kinematic_start;
   bool keep_hashes = false;  // log the state hash of every step into `hashes`
   std::vector<std::uint64_t> hashes;
+  bool keep_pair_impulses = false;  // sum up what each pair of bodies does into `pair_impulses`
+  std::vector<PairImpulse> pair_impulses;  // ordered by (body_a, body_b)
 
   BroadPhase broad_phase;
   Islands islands;
