@@ -57,6 +57,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     executor.add_node(node)
 
     broken: list[BaseException] = []
+    ending = threading.Event()
 
     def spin() -> None:
         try:
@@ -64,8 +65,9 @@ def _run(arguments: Sequence[str] | None) -> int:
         except ExternalShutdownException:
             pass
         except BaseException as error:  # reported by the main thread, which ends the process
-            broken.append(error)
-            stop.set()
+            if not ending.is_set():  # rclpy takes its own parts away while it still uses them
+                broken.append(error)
+                stop.set()
 
     spinning = threading.Thread(target=spin, name="executor", daemon=True)
     spinning.start()
@@ -76,6 +78,7 @@ def _run(arguments: Sequence[str] | None) -> int:
             time.sleep(LOOK)
     finally:
         node.close()
+        ending.set()
         executor.shutdown(timeout_sec=2.0)
         spinning.join(timeout=2.0)
         rclpy.try_shutdown()

@@ -126,9 +126,7 @@ class WrenchInputs:
             self._until.update({(topic, body): until for body in wrenches})
         self._waiting.clear()
 
-    def _hand_over(
-        self, topic: str, wrenches: Mapping[str, BodyWrench], perform: Perform
-    ) -> None:
+    def _hand_over(self, topic: str, wrenches: Mapping[str, BodyWrench], perform: Perform) -> None:
         for in_body_axes in (False, True):
             some = {b: w for b, w in wrenches.items() if w.in_body_axes == in_body_axes}
             frame = "body" if in_body_axes else "world"

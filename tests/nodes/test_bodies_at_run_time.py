@@ -65,7 +65,9 @@ def test_a_change_acts_and_is_echoed(simulator):
     sim = simulator()
     bodies = Bodies(sim)
     poses = sim.client.collect(PoseArray, "/sim_node/poses")
-    bodies.send("change", "{name: crate, friction: 0, position: [5, 0, 0.1], linear_velocity: [1, 0, 0]}")
+    bodies.send(
+        "change", "{name: crate, friction: 0, position: [5, 0, 0.1], linear_velocity: [1, 0, 0]}"
+    )
     (done,) = wait_for(lambda: operations_on(bodies.operations, "change_body"), "the change")
     assert done["arguments"]["friction"] == 0
     # Without friction it slides on at 1 m/s.
@@ -127,7 +129,9 @@ def test_a_run_in_which_bodies_come_and_go_verifies(simulator, tmp_path):
     while not operations_on(bodies.operations, "apply_wrench"):  # it acts once it has arrived
         step()
     order("remove", "crate", "ground", "floater", "ball")
-    bodies.send("change", "{name: ball, friction: 0.1, restitution: 0.5, linear_velocity: [0, 1, 2]}")
+    bodies.send(
+        "change", "{name: ball, friction: 0.1, restitution: 0.5, linear_velocity: [0, 1, 2]}"
+    )
     wait_for(lambda: operations_on(bodies.operations, "change_body"), "the change")
     step()
     order("spawn", BALL.replace("ball", "second"), "ground", "floater", "ball", "second")

@@ -56,4 +56,4 @@ def test_a_signal_while_a_service_call_steps(simulator):
     client.call_async(Trigger.Request())
     poses = sim.client.collect(PoseArray, "/sim_node/poses")
     wait_for(lambda: len(poses) > 3, "steps to be made")
-    assert sim.node.stop() == 0
+    assert sim.node.stop() == 0, sim.node.output
