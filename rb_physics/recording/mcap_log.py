@@ -7,22 +7,24 @@ killed process loses no more than that. Nothing existing is ever overwritten.
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import os
 import threading
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import IO, NamedTuple, cast
+from typing import NamedTuple
 
 from .definitions import definition
+from .mcap_writer import COMPRESSIONS, McapWriter
 from .message_queue import Entry, MessageQueue
 from .rosbag2 import FileInfo, bag_metadata, channel_metadata, write_atomically
 from .topics import Qos
 
-COMPRESSIONS = ("zstd", "lz4", "none")
 _WAKE = 0.01  # s between two looks into the queue; short, so that no burst holds the interpreter
 _YIELD_EVERY = 64  # messages written before other threads get a chance
 _RESERVE_CHUNKS = 4  # room for the chunks in hand, kept free on the disk beside the file's index
+_INDEX_BYTES = 4 * 1024 * 1024  # the index waits in memory for its file's end: then a new file begins
 
 
 class RecordingError(ValueError):
@@ -59,9 +61,6 @@ class _Stream:
 
     def tell(self) -> int:
         return self.committed + len(self._pending)
-
-    def flush(self) -> None:
-        """Called by the MCAP writer after each chunk; `commit` does the work."""
 
     def commit(self) -> None:
         """Raises OSError and leaves the file as it was before when the bytes don't fit."""
@@ -104,7 +103,7 @@ class McapLog:
         custom_data: Mapping[str, str] | None = None,
         attachments: Sequence[Attachment] = (),
         compression: str = "zstd",
-        chunk_bytes: int = 256 * 1024,
+        chunk_bytes: int = 128 * 1024,
         flush_interval: float = 0.04,
         queue_bytes: int = 64 * 1024 * 1024,
         policy: str = "block",
@@ -117,18 +116,15 @@ class McapLog:
         `flush_interval` s of wall time; `split_bytes` and `split_duration` (s of log time) begin a
         new file; `fsync` forces every flush to the disk. Raises RecordingError.
         """
-        try:
-            from mcap.writer import CompressionType, Writer
-        except ImportError:
-            raise RecordingError("recording needs the mcap package: pip install mcap") from None
+        if importlib.util.find_spec("mcap") is None:
+            raise RecordingError("recording needs the mcap package: pip install mcap")
         if compression not in COMPRESSIONS:
             raise RecordingError(
                 f"compression {compression!r} is not one of {', '.join(COMPRESSIONS)}"
             )
         self.directory = Path(directory)
         _make_folder(self.directory)
-        self._writer_class = Writer
-        self._compression = CompressionType[compression.upper()]
+        self._compression = compression
         self._chunk_bytes, self._flush_interval = chunk_bytes, flush_interval
         self._split_bytes, self._split_duration = split_bytes, split_duration
         self._fsync = fsync
@@ -241,6 +237,8 @@ class McapLog:
         info = self._files[-1]
         if info.start is None:
             return False
+        if self._writer.index_bytes >= _INDEX_BYTES:
+            return True
         if self._split_bytes is not None and self._stream.tell() >= self._split_bytes:
             return True
         return (
@@ -252,12 +250,12 @@ class McapLog:
         schema = self._schemas.get(type_name)
         if schema is None:
             text = definition(type_name).text.encode()
-            schema = self._writer.register_schema(type_name, "ros2msg", text)
+            schema = self._writer.add_schema(type_name, "ros2msg", text)
             self._schemas[type_name] = schema
         metadata = channel_metadata(type_name, qos)
-        channel = self._writer.register_channel(name, "cdr", schema, metadata)
+        channel = self._writer.add_channel(name, "cdr", schema, metadata)
         self._channels[topic] = channel
-        return int(channel)
+        return channel
 
     def _begin_file(self) -> None:
         path = f"{self.directory.name}_{len(self._files)}.mcap"
@@ -265,15 +263,10 @@ class McapLog:
         self._files.append(FileInfo(path))
         self._schemas: dict[str, int] = {}
         self._channels: dict[int, int] = {}
-        self._index_bytes = 0
-        self._writer = self._writer_class(
-            cast(IO[bytes], self._stream),
-            chunk_size=self._chunk_bytes,
-            compression=self._compression,
-        )
+        self._writer = McapWriter(self._stream, self._compression, self._chunk_bytes)
         self._writer.start(profile="ros2", library="rb_physics")
         for attachment in self._attachments:
-            self._writer.add_attachment(0, 0, *attachment)
+            self._writer.add_attachment(*attachment)
         self._writer.add_metadata("rb_physics", self._custom_data)
         self._stream.commit()
 
@@ -286,10 +279,8 @@ class McapLog:
     def _commit(self) -> None:
         if self._stream.pending == 0:
             return
-        # The index at the end of the file grows with each chunk: 60 bytes and 10 per channel; and
-        # the channels are repeated there, each below 1 KiB.
-        self._index_bytes += 60 + 10 * len(self._channels)
-        needed = self._index_bytes + 1024 * (len(self._channels) + len(self._schemas))
+        # Beside the index: statistics, 10 bytes per channel, and the last metadata.
+        needed = self._writer.index_bytes + 10 * len(self._channels) + 64 * 1024
         needed += _RESERVE_CHUNKS * self._chunk_bytes
         if self._stream.free_bytes() - self._stream.pending < needed:
             self._stop_for_space()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import yaml
@@ -47,9 +48,14 @@ def qos_profiles(qos: Qos) -> list[dict]:
 def channel_metadata(type_name: str, qos: Qos) -> dict[str, str]:
     """The two keys rosbag2 writes with every channel."""
     return {
-        "offered_qos_profiles": yaml.safe_dump(qos_profiles(qos), sort_keys=False),
+        "offered_qos_profiles": _qos_text(qos),
         "topic_type_hash": definition(type_name).type_hash,
     }
+
+
+@cache
+def _qos_text(qos: Qos) -> str:
+    return yaml.safe_dump(qos_profiles(qos), sort_keys=False)
 
 
 def bag_metadata(
@@ -104,7 +110,7 @@ def bag_metadata(
     )
 
 
-class _PlainDumper(yaml.SafeDumper):
+class _PlainDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
     """Without anchors and aliases: rosbag2's reader should see plain values."""
 
     def ignore_aliases(self, data: object) -> bool:
