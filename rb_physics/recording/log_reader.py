@@ -2,126 +2,44 @@
 
 from __future__ import annotations
 
-import os
-import struct
-import zlib
-from collections.abc import Callable, Iterator
-from dataclasses import replace
-from io import BytesIO
+from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import Any
 
 import yaml
 
 from .mcap_log import RecordingError
+from .mcap_reader import (
+    DAMAGE,
+    LogMessage,
+    Summary,
+    decompressed,
+    messages_of_chunk,
+    read_summary,
+    top_level_records,
+)
 
-_RECORD_LIMIT = 256 * 1024 * 1024  # bytes one record of a file may claim
-_MAGIC = b"\x89MCAP0\r\n"
-_RECORD_HEAD = struct.Struct("<BQ")  # of the MCAP specification: opcode, length
-_MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, sequence, log_time, publish_time
-_DAMAGE = (ValueError, struct.error)  # what damaged bytes lead to, beside mcap's own McapError
 _METADATA_LIMIT = 64 * 1024 * 1024  # bytes of metadata.yaml
 
 
-def _top_level_records(file: IO[bytes]) -> Iterator[Any]:
-    """The records that matter here; indexes are passed over unread, which is most of the work.
+class _Channels:
+    """What the channels of one file are called, as its records tell it."""
 
-    Ends behind the footer. Raises ValueError, struct.error or McapError where the file is torn or
-    damaged; never asks for more memory than the file is long.
-    """
-    from mcap import records
-    from mcap.data_stream import ReadDataStream
-    from mcap.opcode import Opcode
+    def __init__(self, topics: set[str] | None) -> None:
+        self._topics = topics
+        self._schemas: dict[int, str] = {}
+        self.wanted: dict[int, tuple[str, str] | None] = {}  # id -> (topic, type); None: not wanted
 
-    kinds: dict[int, Any] = {
-        Opcode.ATTACHMENT: records.Attachment,
-        Opcode.CHANNEL: records.Channel,
-        Opcode.CHUNK: records.Chunk,
-        Opcode.FOOTER: records.Footer,
-        Opcode.METADATA: records.Metadata,
-        Opcode.SCHEMA: records.Schema,
-    }
-    size = os.fstat(file.fileno()).st_size
-    if file.read(len(_MAGIC)) != _MAGIC:
-        raise ValueError("not an MCAP file")
-    while True:
-        opcode, length = _RECORD_HEAD.unpack(file.read(_RECORD_HEAD.size))
-        if length > min(_RECORD_LIMIT, size - file.tell()):
-            raise ValueError(f"a record claims {length} bytes")
-        if opcode == Opcode.MESSAGE:
-            stream = ReadDataStream(BytesIO(file.read(length)))
-            yield records.Message.read(stream, length)
-        elif opcode in kinds:
-            yield kinds[opcode].read(ReadDataStream(BytesIO(file.read(length))))
-            if opcode == Opcode.FOOTER:
-                return
-        else:
-            file.seek(length, os.SEEK_CUR)
+    def learn(self, record: Any) -> None:
+        """Takes schemas and channels; passes other records over."""
+        from mcap.records import Channel, Schema
 
-
-def _decompressed(chunk: Any) -> Any:
-    """The chunk with its data uncompressed, never more than it announces. Raises ValueError."""
-    size, data = chunk.uncompressed_size, chunk.data
-    if size > _RECORD_LIMIT:
-        raise ValueError(f"it claims {size} bytes")
-    if chunk.compression == "zstd":
-        import zstandard
-
-        try:
-            with zstandard.ZstdDecompressor(max_window_size=2**27).stream_reader(data) as reader:
-                data = reader.read(size + 1)
-        except zstandard.ZstdError as error:
-            raise ValueError(str(error)) from None
-    elif chunk.compression == "lz4":
-        import lz4.frame
-
-        try:
-            data = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
-        except (RuntimeError, EOFError) as error:
-            raise ValueError(str(error)) from None
-    elif chunk.compression != "":
-        raise ValueError(f"its compression {chunk.compression!r} is not known")
-    if len(data) != size:
-        raise ValueError(f"it holds {len(data)} bytes instead of {size}")
-    if chunk.uncompressed_crc != 0 and zlib.crc32(data) != chunk.uncompressed_crc:
-        raise ValueError("its checksum is wrong")
-    return replace(chunk, compression="", data=data)
-
-
-class LogMessage(NamedTuple):
-    """One message of a recording."""
-
-    topic: str
-    type: str
-    log_time: int  # ns
-    step: int  # as the recorder wrote it
-    data: bytes
-
-
-def _messages_of_chunk(
-    data: bytes, channels: dict[int, tuple[str, str] | None], learn: Callable[[Any], None]
-) -> Iterator[LogMessage]:
-    """The wanted messages; the others are passed over without making objects of them."""
-    from mcap.data_stream import ReadDataStream
-    from mcap.opcode import Opcode
-    from mcap.records import Channel, Schema
-
-    position, end = 0, len(data)
-    while position < end:
-        opcode, length = _RECORD_HEAD.unpack_from(data, position)
-        start = position + _RECORD_HEAD.size
-        position = start + length
-        if position > end:
-            raise ValueError("a record is longer than its chunk")
-        if opcode == Opcode.MESSAGE:
-            channel, sequence, log_time, _ = _MESSAGE_HEAD.unpack_from(data, start)
-            known = channels.get(channel)
-            if known is not None:
-                content = data[start + _MESSAGE_HEAD.size : position]
-                yield LogMessage(*known, log_time, sequence, content)
-        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            stream = ReadDataStream(BytesIO(data[start:position]))
-            learn((Schema if opcode == Opcode.SCHEMA else Channel).read(stream))
+        if isinstance(record, Schema):
+            self._schemas[record.id] = record.name
+        elif isinstance(record, Channel):
+            wanted = self._topics is None or record.topic in self._topics
+            name = (record.topic, self._schemas.get(record.schema_id, ""))
+            self.wanted[record.id] = name if wanted else None
 
 
 class Recording:
@@ -137,6 +55,7 @@ class Recording:
         self.torn: list[Path] = []  # files without an end; this and the next two after reading
         self.torn_bytes = 0  # behind the last whole record of those
         self.damaged_chunks = 0
+        self._summaries: dict[Path, Summary | None] = {}  # of files looked into
 
     def _read_metadata(self) -> dict[str, Any]:
         path = self.directory / "metadata.yaml"
@@ -195,14 +114,18 @@ class Recording:
                 continue
             try:
                 parts = breakup_chunk(record)
-            except (McapError, *_DAMAGE) as error:
+            except (McapError, *DAMAGE) as error:
                 self._damaged(path, skip_damaged, error)
                 continue
             for part in parts:
                 yield path, part
 
-    def _whole_records(self, skip_damaged: bool) -> Iterator[tuple[Path, Any]]:
-        """As `records`, with chunks as uncompressed but not taken apart."""
+    def _whole_records(self, skip_damaged: bool, start: int = 0) -> Iterator[tuple[Path, Any]]:
+        """As `records`, with chunks uncompressed but not taken apart.
+
+        With a `start` (ns) the parts of finished files that end before are passed over, but for
+        their schemas and channels.
+        """
         from mcap.exceptions import McapError
         from mcap.records import Chunk, Footer
 
@@ -211,25 +134,44 @@ class Recording:
             complete, good = False, 0
             try:
                 with open(path, "rb") as file:
-                    for record in _top_level_records(file):
-                        good = file.tell()
+                    offset = None
+                    summary = self._summary(path) if start > 0 else None
+                    if summary is not None:
+                        late = (c.offset for c in summary.chunks if c.last_time >= start)
+                        offset = next(late, None)
+                        if offset is None:
+                            continue
+                        for definition in summary.definitions:
+                            yield path, definition
+                    for record, good in top_level_records(file, offset):
                         complete = isinstance(record, Footer)
                         if isinstance(record, Chunk):
                             try:
-                                record = _decompressed(record)
-                            except _DAMAGE as error:
+                                record = decompressed(record)
+                            except DAMAGE as error:
                                 self._damaged(path, skip_damaged, error)
                                 continue
                         yield path, record
             except OSError as error:
                 raise RecordingError(f"{path} can't be read: {error.strerror}") from None
-            except (McapError, *_DAMAGE) as error:
+            except (McapError, *DAMAGE) as error:
                 if isinstance(error, RecordingError):
                     raise
                 complete = False
             if not complete:
                 self.torn.append(path)
                 self.torn_bytes += path.stat().st_size - good
+
+    def _summary(self, path: Path) -> Summary | None:
+        from mcap.exceptions import McapError
+
+        if path not in self._summaries:
+            try:
+                with open(path, "rb") as file:
+                    self._summaries[path] = read_summary(file)
+            except (McapError, *DAMAGE):
+                self._summaries[path] = None
+        return self._summaries[path]
 
     def _damaged(self, path: Path, skip: bool, error: Exception) -> None:
         if not skip:
@@ -239,39 +181,63 @@ class Recording:
             )
         self.damaged_chunks += 1
 
-    def messages(self, topics: set[str] | None = None) -> Iterator[LogMessage]:
-        """Every message in the order of the log; `topics` None: all."""
+    def messages(self, topics: set[str] | None = None, start: int = 0) -> Iterator[LogMessage]:
+        """Every message in the order of the log; `topics` None: all; `start`: ns of log time."""
         from mcap.exceptions import McapError
-        from mcap.records import Channel, Chunk, Message, Schema
+        from mcap.records import Chunk, Message
 
         current: Path | None = None
-        schemas: dict[int, str] = {}
-        channels: dict[int, tuple[str, str] | None] = {}
-
-        def learn(record: Any) -> None:
-            if isinstance(record, Schema):
-                schemas[record.id] = record.name
-            elif isinstance(record, Channel):
-                wanted = topics is None or record.topic in topics
-                name = schemas.get(record.schema_id, "")
-                channels[record.id] = (record.topic, name) if wanted else None
-
-        for path, record in self._whole_records(False):
+        known = _Channels(topics)
+        for path, record in self._whole_records(False, start):
             if path != current:
-                current = path
-                schemas.clear()
-                channels.clear()
+                current, known = path, _Channels(topics)
             if isinstance(record, Chunk):
                 try:
-                    yield from _messages_of_chunk(record.data, channels, learn)
-                except (McapError, *_DAMAGE) as error:
+                    yield from messages_of_chunk(record.data, known.wanted, known.learn, start)
+                except (McapError, *DAMAGE) as error:
                     self._damaged(path, False, error)
             elif isinstance(record, Message):
-                known = channels.get(record.channel_id)
-                if known is not None:
-                    yield LogMessage(*known, record.log_time, record.sequence, record.data)
+                name = known.wanted.get(record.channel_id)
+                if name is not None and record.log_time >= start:
+                    yield LogMessage(*name, record.log_time, record.sequence, record.data)
             else:
-                learn(record)
+                known.learn(record)
+
+    def latest(self, topics: set[str], before: int) -> list[LogMessage]:
+        """The last message of each topic before a time (ns), in the order of the log."""
+        found: dict[str, LogMessage] = {}
+        for path in reversed(self.files):
+            if len(found) == len(topics):
+                break
+            here = self._latest_in(path, topics - set(found), before)
+            found = here | found
+        return sorted(found.values(), key=lambda message: (message.log_time, message.step))
+
+    def _latest_in(self, path: Path, topics: set[str], before: int) -> dict[str, LogMessage]:
+        from mcap.exceptions import McapError
+
+        found: dict[str, LogMessage] = {}
+        summary = self._summary(path)
+        if summary is None:
+            return {m.topic: m for m in self.messages(topics) if m.log_time < before}
+        known = _Channels(topics)
+        for definition in summary.definitions:
+            known.learn(definition)
+        names = {channel: name[0] for channel, name in known.wanted.items() if name is not None}
+        for chunk in reversed(summary.chunks):
+            here = {names[c] for c in chunk.channels & set(names)} - set(found)
+            if not here or chunk.first_time >= before:
+                continue
+            try:
+                with open(path, "rb") as file:
+                    record, _ = next(top_level_records(file, chunk.offset))
+                    content = decompressed(record).data
+                for message in messages_of_chunk(content, known.wanted, known.learn):
+                    if message.topic in here and message.log_time < before:
+                        found[message.topic] = message
+            except (McapError, AttributeError, *DAMAGE) as error:
+                self._damaged(path, False, error)
+        return found
 
     def attachments(self) -> dict[str, bytes]:
         """Of the first file, up to its first message."""

@@ -111,15 +111,15 @@ def test_decompression_bombs_are_bounded(tmp_path):
     zstandard = pytest.importorskip("zstandard")
     from mcap.records import Chunk
 
-    from rb_physics.recording import log_reader
+    from rb_physics.recording.mcap_reader import decompressed
 
     bomb = zstandard.compress(bytes(50_000_000))
     assert len(bomb) < 10_000
     chunk = Chunk("zstd", bomb, 0, 0, 0, 1000)
     with pytest.raises(ValueError, match="it holds 1001 bytes instead of 1000"):
-        log_reader._decompressed(chunk)
+        decompressed(chunk)
     with pytest.raises(ValueError, match="claims"):
-        log_reader._decompressed(Chunk("zstd", bomb, 0, 0, 0, 2**40))
+        decompressed(Chunk("zstd", bomb, 0, 0, 0, 2**40))
 
 
 def test_folders_that_are_no_recordings_say_so(tmp_path):

@@ -1,0 +1,223 @@
+"""Reading one MCAP file record by record: whole, torn off or damaged, in bounded memory.
+
+The mcap package reads whole files and trusts them. Here a file may end anywhere and hold any bytes:
+no record or chunk takes more memory than `RECORD_LIMIT`, whatever it claims.
+
+Source: MCAP format specification, https://mcap.dev/spec
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from io import BytesIO
+from typing import IO, Any, NamedTuple
+
+import numpy as np
+
+RECORD_LIMIT = 256 * 1024 * 1024  # bytes one record, or the content of one chunk, may claim
+DAMAGE = (ValueError, struct.error)  # what damaged bytes lead to, beside mcap's own McapError
+_BLOCK = 1024 * 1024  # bytes read at once
+_MAGIC = b"\x89MCAP0\r\n"
+_HEAD = struct.Struct("<BQ")  # opcode, length
+_MESSAGE = struct.Struct("<BQHIQ")  # opcode, length, channel, sequence, log_time
+_MESSAGE_FIELDS = 22  # bytes of channel, sequence and both times
+_FOOTER = struct.Struct("<BQQQI8s")  # opcode, length, summary, offsets, CRC, magic
+_CHUNK_INDEX = struct.Struct("<QQQQI")  # first and last time, offset and length, bytes of offsets
+_OFFSET = np.dtype([("channel", "<u2"), ("offset", "<u8")])  # of a message index
+
+
+class LogMessage(NamedTuple):
+    """One message of a recording."""
+
+    topic: str
+    type: str
+    log_time: int  # ns
+    step: int  # as the recorder wrote it
+    data: bytes
+
+
+class IndexedChunk(NamedTuple):
+    """Where a chunk lies in its file, and whose messages are in it."""
+
+    first_time: int  # ns
+    last_time: int  # ns
+    offset: int
+    channels: frozenset[int]
+
+
+class Summary(NamedTuple):
+    """What the end of a finished file says about it."""
+
+    definitions: list[Any]  # its schemas and channels
+    chunks: list[IndexedChunk]  # in the order of the file
+
+
+def top_level_records(file: IO[bytes], offset: int | None = None) -> Iterator[tuple[Any, int]]:
+    """The records that matter here, each with the offset behind it; indexes are passed over.
+
+    `offset`: where to begin, None at the start of the file. Ends behind the footer. Raises
+    ValueError, struct.error or McapError where the file is torn or damaged; never asks for more
+    memory than the file is long.
+    """
+    from mcap import records
+    from mcap.data_stream import ReadDataStream
+    from mcap.opcode import Opcode
+
+    kinds: dict[int, Any] = {
+        Opcode.ATTACHMENT: records.Attachment,
+        Opcode.CHANNEL: records.Channel,
+        Opcode.CHUNK: records.Chunk,
+        Opcode.FOOTER: records.Footer,
+        Opcode.METADATA: records.Metadata,
+        Opcode.SCHEMA: records.Schema,
+    }
+    size = os.fstat(file.fileno()).st_size
+    if offset is None:
+        if file.read(len(_MAGIC)) != _MAGIC:
+            raise ValueError("not an MCAP file")
+        offset = len(_MAGIC)
+    block, start = b"", offset  # bytes of the file in hand, and where they begin
+    while True:
+        position = offset - start
+        if position + _HEAD.size > len(block):
+            file.seek(offset)
+            block, start, position = file.read(_BLOCK), offset, 0
+        opcode, length = _HEAD.unpack_from(block, position)
+        offset += _HEAD.size + length
+        if length > min(RECORD_LIMIT, size - offset + length):
+            raise ValueError(f"a record claims {length} bytes")
+        if opcode not in kinds and opcode != Opcode.MESSAGE:
+            continue
+        position += _HEAD.size
+        if position + length > len(block):
+            file.seek(offset - length)
+            block, start, position = file.read(max(length, _BLOCK)), offset - length, 0
+        stream = ReadDataStream(BytesIO(block[position : position + length]))
+        if opcode == Opcode.MESSAGE:
+            yield records.Message.read(stream, length), offset
+        else:
+            yield kinds[opcode].read(stream), offset
+            if opcode == Opcode.FOOTER:
+                return
+
+
+def read_summary(file: IO[bytes]) -> Summary | None:
+    """None where the file has no whole summary: it is torn off, or was written without one."""
+    from mcap.data_stream import ReadDataStream
+    from mcap.opcode import Opcode
+    from mcap.records import Channel, Schema
+
+    size = os.fstat(file.fileno()).st_size
+    if size < _FOOTER.size + len(_MAGIC):
+        return None
+    file.seek(size - _FOOTER.size)
+    opcode, length, start, _, checksum, magic = _FOOTER.unpack(file.read(_FOOTER.size))
+    if (opcode, length, magic) != (Opcode.FOOTER, 20, _MAGIC) or not 0 < start < size:
+        return None
+    if size - start > RECORD_LIMIT:
+        return None
+    file.seek(start)
+    data = file.read(size - start)
+    if checksum not in (0, zlib.crc32(data[: -len(_MAGIC) - 4])):
+        return None
+    summary = Summary([], [])
+    position, end = 0, len(data) - _FOOTER.size
+    while position + _HEAD.size <= end:
+        opcode, length = _HEAD.unpack_from(data, position)
+        position += _HEAD.size
+        if length > end - position:
+            return None
+        if opcode == Opcode.CHUNK_INDEX and length >= _CHUNK_INDEX.size:
+            first, last, offset, _, of = _CHUNK_INDEX.unpack_from(data, position)
+            if of > length - _CHUNK_INDEX.size or of % _OFFSET.itemsize:
+                return None
+            where = position + _CHUNK_INDEX.size
+            table = np.frombuffer(data, _OFFSET, of // _OFFSET.itemsize, where)
+            channels = frozenset(table["channel"].tolist())
+            summary.chunks.append(IndexedChunk(first, last, offset, channels))
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            stream = ReadDataStream(BytesIO(data[position : position + length]))
+            kind = Schema if opcode == Opcode.SCHEMA else Channel
+            summary.definitions.append(kind.read(stream))
+        position += length
+    return summary
+
+
+def decompressed(chunk: Any) -> Any:
+    """The chunk with its data uncompressed, never more than it announces. Raises ValueError."""
+    size, data = chunk.uncompressed_size, chunk.data
+    if size > RECORD_LIMIT:
+        raise ValueError(f"it claims {size} bytes")
+    if chunk.compression == "zstd":
+        data = _unpack_zstd(data, size)
+    elif chunk.compression == "lz4":
+        import lz4.frame
+
+        try:
+            data = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
+        except (RuntimeError, EOFError) as error:
+            raise ValueError(str(error)) from None
+    elif chunk.compression != "":
+        raise ValueError(f"its compression {chunk.compression!r} is not known")
+    if len(data) != size:
+        raise ValueError(f"it holds {len(data)} bytes instead of {size}")
+    if chunk.uncompressed_crc != 0 and zlib.crc32(data) != chunk.uncompressed_crc:
+        raise ValueError("its checksum is wrong")
+    return replace(chunk, compression="", data=data)
+
+
+def _unpack_zstd(data: bytes, size: int) -> bytes:
+    import zstandard
+
+    try:
+        unpacker = zstandard.ZstdDecompressor(max_window_size=2**27)
+        if zstandard.frame_content_size(data) == size:  # the usual, and the quick way
+            return unpacker.decompress(data)
+        with unpacker.stream_reader(data) as reader:
+            return reader.read(size + 1)
+    except zstandard.ZstdError as error:
+        raise ValueError(str(error)) from None
+
+
+def messages_of_chunk(
+    data: bytes,
+    channels: dict[int, tuple[str, str] | None],
+    learn: Callable[[Any], None],
+    not_before: int = 0,
+) -> Iterator[LogMessage]:
+    """The wanted messages; the others are passed over without making objects of them.
+
+    `channels`: id -> (topic, type), None where it isn't wanted; `learn` takes the schemas and
+    channels that come by, and puts them there.
+    """
+    from mcap.data_stream import ReadDataStream
+    from mcap.opcode import Opcode
+    from mcap.records import Channel, Schema
+
+    position, end = 0, len(data)
+    unpack, wanted, message = _MESSAGE.unpack_from, channels.get, int(Opcode.MESSAGE)
+    fixed = _HEAD.size + _MESSAGE_FIELDS
+    while position < end:
+        if end - position >= fixed and data[position] == message:
+            _, length, channel, sequence, log_time = unpack(data, position)
+            start = position
+            position += _HEAD.size + length
+            if position > end or length < _MESSAGE_FIELDS:
+                raise ValueError("a record is longer than its chunk")
+            known = wanted(channel)
+            if known is not None and log_time >= not_before:
+                topic, kind = known
+                yield LogMessage(topic, kind, log_time, sequence, data[start + fixed : position])
+            continue
+        opcode, length = _HEAD.unpack_from(data, position)
+        start = position + _HEAD.size
+        position = start + length
+        if position > end:
+            raise ValueError("a record is longer than its chunk")
+        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            stream = ReadDataStream(BytesIO(data[start:position]))
+            learn((Schema if opcode == Opcode.SCHEMA else Channel).read(stream))
