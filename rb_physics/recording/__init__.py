@@ -37,10 +37,13 @@ cdr encoders decoders   messages as bytes; definitions: their types and type has
 topics outputs          the topics table; the state of a world as (topic, bytes)
 geometry markers urdf   what bodies look like; palette: colours and arrow lengths
 operations              every change of a world from outside, as data
-message_queue mcap_log  the bag and its writer thread; rosbag2: what makes it a bag
-rerun_log               the view; rerun_shapes, rerun_blueprint: its entities and layouts
+message_queue mcap_log  the bag and its writer thread; mcap_writer: one file; rosbag2: what
+                        makes it a bag
+rerun_log               the view; rerun_shapes, _contacts, _applied, _plots: its entities;
+                        rerun_blueprint: its layouts; rerun_batch, rerun_sink: how it is fed
 recorder                all of it together
-log_reader summary      reading a bag back; recover: a whole one from a torn one
+mcap_reader log_reader  one file, and a whole recording, read back; summary: for people; recover: a
+                        whole one from a torn one
 replay branch compare   doing a run again, going on from one of its moments, finding differences
 tables export plot      columns for other tools; render: pictures of the view
 ======================  =========================================================================

@@ -210,6 +210,11 @@ class CdrReader:
         self._data = data
         self._position = 4
 
+    @property
+    def position(self) -> int:
+        """Bytes read, the encapsulation header included."""
+        return self._position
+
     def _take(self, size: int, align: int, what: str) -> int:
         start = self._position + (-(self._position - 4) % align)
         if start + size > len(self._data):

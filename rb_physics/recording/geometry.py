@@ -47,6 +47,7 @@ class BodyDescription:
     center_of_mass: tuple[float, ...]  # m, body coordinates
     parts: tuple[Part, ...]
     frames: Mapping[str, tuple[tuple[float, ...], tuple[float, ...]]] = field(default_factory=dict)
+    friction: float | None = None  # coefficient while sticking; None in recordings of format 1
 
     @property
     def radius(self) -> float:
@@ -146,6 +147,7 @@ def describe(bodies: Iterable[Any]) -> list[BodyDescription]:
                 center,
                 shape_parts(body.shape),
                 frames,
+                float(body.static_friction),
             )
         )
     return described
@@ -185,5 +187,6 @@ def _body(raw: dict[str, Any]) -> BodyDescription:
     )
     frames = {str(k): (_floats(p), _floats(q)) for k, (p, q) in raw["frames"].items()}
     center = _floats(raw["center_of_mass"])
+    friction = raw.get("friction")
     return BodyDescription(str(raw["name"]), str(raw["type"]), float(raw["mass"]), center, parts,
-                           frames)  # fmt: skip
+                           frames, None if friction is None else float(friction))  # fmt: skip

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import yaml
 
 from .mcap_log import RecordingError
 from .mcap_reader import (
     DAMAGE,
+    IndexedChunk,
     LogMessage,
     Summary,
+    chunk_at,
     decompressed,
     messages_of_chunk,
     read_summary,
@@ -120,30 +122,28 @@ class Recording:
             for part in parts:
                 yield path, part
 
-    def _whole_records(self, skip_damaged: bool, start: int = 0) -> Iterator[tuple[Path, Any]]:
+    def _whole_records(
+        self, skip_damaged: bool, topics: set[str] | None = None, start: int = 0
+    ) -> Iterator[tuple[Path, Any]]:
         """As `records`, with chunks uncompressed but not taken apart.
 
-        With a `start` (ns) the parts of finished files that end before are passed over, but for
-        their schemas and channels.
+        Of finished files only the chunks with wanted messages are read, if `topics` or a `start`
+        (ns) are given.
         """
         from mcap.exceptions import McapError
         from mcap.records import Chunk, Footer
 
         self.torn, self.torn_bytes, self.damaged_chunks = [], 0, 0
         for path in self.files:
+            summary = self._summary(path) if topics is not None or start > 0 else None
+            if summary is not None:
+                yield from self._wanted_records(path, summary, topics, start)
+                continue
             complete, good = False, 0
             try:
                 with open(path, "rb") as file:
-                    offset = None
-                    summary = self._summary(path) if start > 0 else None
-                    if summary is not None:
-                        late = (c.offset for c in summary.chunks if c.last_time >= start)
-                        offset = next(late, None)
-                        if offset is None:
-                            continue
-                        for definition in summary.definitions:
-                            yield path, definition
-                    for record, good in top_level_records(file, offset):
+                    for record, end in top_level_records(file):
+                        good = end
                         complete = isinstance(record, Footer)
                         if isinstance(record, Chunk):
                             try:
@@ -161,6 +161,28 @@ class Recording:
             if not complete:
                 self.torn.append(path)
                 self.torn_bytes += path.stat().st_size - good
+
+    def _wanted_records(
+        self, path: Path, summary: Summary, topics: set[str] | None, start: int
+    ) -> Iterator[tuple[Path, Any]]:
+        """By the index of a finished file: all definitions, then the chunks."""
+        channels = _Channels(topics)
+        for definition in summary.definitions:
+            channels.learn(definition)
+            yield path, definition
+        wanted = {channel for channel, name in channels.wanted.items() if name is not None}
+        with open(path, "rb") as file:
+            for place in summary.chunks:
+                if place.last_time >= start and (topics is None or place.channels & wanted):
+                    yield path, self._chunk(path, file, place)
+
+    def _chunk(self, path: Path, file: IO[bytes], place: IndexedChunk) -> Any:
+        from mcap.exceptions import McapError
+
+        try:
+            return decompressed(chunk_at(file, place))
+        except (McapError, *DAMAGE) as error:
+            self._damaged(path, False, error)
 
     def _summary(self, path: Path) -> Summary | None:
         from mcap.exceptions import McapError
@@ -188,7 +210,7 @@ class Recording:
 
         current: Path | None = None
         known = _Channels(topics)
-        for path, record in self._whole_records(False, start):
+        for path, record in self._whole_records(False, topics, start):
             if path != current:
                 current, known = path, _Channels(topics)
             if isinstance(record, Chunk):
@@ -228,14 +250,13 @@ class Recording:
             here = {names[c] for c in chunk.channels & set(names)} - set(found)
             if not here or chunk.first_time >= before:
                 continue
+            with open(path, "rb") as file:
+                content = self._chunk(path, file, chunk).data
             try:
-                with open(path, "rb") as file:
-                    record, _ = next(top_level_records(file, chunk.offset))
-                    content = decompressed(record).data
                 for message in messages_of_chunk(content, known.wanted, known.learn):
                     if message.topic in here and message.log_time < before:
                         found[message.topic] = message
-            except (McapError, AttributeError, *DAMAGE) as error:
+            except (McapError, *DAMAGE) as error:
                 self._damaged(path, False, error)
         return found
 

@@ -22,9 +22,15 @@ from .rosbag2 import FileInfo, bag_metadata, channel_metadata, write_atomically
 from .topics import Qos
 
 _WAKE = 0.01  # s between two looks into the queue; short, so that no burst holds the interpreter
+_BEHIND = (
+    1.5  # flush intervals since the last one at which `write` gives way to the writer's thread,
+)
+_GIVE_WAY = 0.03  # s at most each time
 _YIELD_EVERY = 64  # messages written before other threads get a chance
 _RESERVE_CHUNKS = 4  # room for the chunks in hand, kept free on the disk beside the file's index
-_INDEX_BYTES = 4 * 1024 * 1024  # the index waits in memory for its file's end: then a new file begins
+_INDEX_BYTES = (
+    4 * 1024 * 1024
+)  # the index waits in memory for its file's end: then a new file begins
 
 
 class RecordingError(ValueError):
@@ -136,6 +142,10 @@ class McapLog:
         self._files: list[FileInfo] = []
         self._closing: dict[str, str] = {}
         self._last_time = 0
+        self._blocks = policy == "block"
+        self._flushed = threading.Condition()
+        self._last_flush = time.monotonic()
+        self._waits = 0
         self._stopped = False  # the file was closed before `close`
         self.messages = 0  # written to the file
         self.bytes = 0  # their payload
@@ -162,11 +172,19 @@ class McapLog:
         return topic
 
     def write(self, entries: list[Entry]) -> None:
-        """Queues messages. After an error they are counted as dropped."""
-        if self.error is None and not self._queue.closed:
-            self._queue.put(entries)
-        else:
+        """Queues messages. After an error they are counted as dropped.
+
+        On a machine too busy for the writer's thread to keep its time, a log that may block lets
+        it catch up first: else the run would get ahead of what a killed process leaves behind.
+        """
+        if self.error is not None or self._queue.closed:
             self._queue.dropped += len(entries)
+            return
+        self._queue.put(entries)
+        if self._blocks and time.monotonic() - self._last_flush > _BEHIND * self._flush_interval:
+            with self._flushed:
+                self._waits += 1
+                self._flushed.wait(_GIVE_WAY)
 
     @property
     def closed(self) -> bool:
@@ -180,7 +198,7 @@ class McapLog:
             "file_bytes": sum(f.stat().st_size for f in self.directory.glob("*.mcap")),
             "queued_bytes": self._queue.queued_bytes,
             "dropped": self._queue.dropped,
-            "blocked": self._queue.blocked,
+            "blocked": self._queue.blocked + self._waits,
         }
 
     def close(self, closing: Mapping[str, str] | None = None) -> None:
@@ -192,17 +210,19 @@ class McapLog:
     # -- the writer's thread ----------------------------------------------------------------------
 
     def _run(self) -> None:
-        last_flush = time.monotonic()
         while True:
             closed = self._queue.closed
-            entries = self._queue.take(_WAKE)
+            left = self._last_flush + self._flush_interval - time.monotonic()
+            entries = self._queue.take(min(_WAKE, max(left, 0.0)))
             try:
                 for start in range(0, len(entries), _YIELD_EVERY):
                     self._write_entries(entries[start : start + _YIELD_EVERY])
                     time.sleep(0)
-                if time.monotonic() - last_flush >= self._flush_interval:
+                if time.monotonic() - self._last_flush >= self._flush_interval:
                     self._flush()
-                    last_flush = time.monotonic()
+                    with self._flushed:
+                        self._last_flush = time.monotonic()
+                        self._flushed.notify_all()
                 if closed:
                     self._end_file()
                     self._write_metadata()

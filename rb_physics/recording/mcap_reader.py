@@ -46,6 +46,7 @@ class IndexedChunk(NamedTuple):
     first_time: int  # ns
     last_time: int  # ns
     offset: int
+    length: int  # bytes of its record
     channels: frozenset[int]
 
 
@@ -56,12 +57,11 @@ class Summary(NamedTuple):
     chunks: list[IndexedChunk]  # in the order of the file
 
 
-def top_level_records(file: IO[bytes], offset: int | None = None) -> Iterator[tuple[Any, int]]:
+def top_level_records(file: IO[bytes]) -> Iterator[tuple[Any, int]]:
     """The records that matter here, each with the offset behind it; indexes are passed over.
 
-    `offset`: where to begin, None at the start of the file. Ends behind the footer. Raises
-    ValueError, struct.error or McapError where the file is torn or damaged; never asks for more
-    memory than the file is long.
+    Ends behind the footer. Raises ValueError, struct.error or McapError where the file is torn or
+    damaged; never asks for more memory than the file is long.
     """
     from mcap import records
     from mcap.data_stream import ReadDataStream
@@ -76,10 +76,9 @@ def top_level_records(file: IO[bytes], offset: int | None = None) -> Iterator[tu
         Opcode.SCHEMA: records.Schema,
     }
     size = os.fstat(file.fileno()).st_size
-    if offset is None:
-        if file.read(len(_MAGIC)) != _MAGIC:
-            raise ValueError("not an MCAP file")
-        offset = len(_MAGIC)
+    if file.read(len(_MAGIC)) != _MAGIC:
+        raise ValueError("not an MCAP file")
+    offset = len(_MAGIC)
     block, start = b"", offset  # bytes of the file in hand, and where they begin
     while True:
         position = offset - start
@@ -111,17 +110,17 @@ def read_summary(file: IO[bytes]) -> Summary | None:
     from mcap.opcode import Opcode
     from mcap.records import Channel, Schema
 
-    size = os.fstat(file.fileno()).st_size
-    if size < _FOOTER.size + len(_MAGIC):
+    total = os.fstat(file.fileno()).st_size
+    if total < _FOOTER.size + len(_MAGIC):
         return None
-    file.seek(size - _FOOTER.size)
+    file.seek(total - _FOOTER.size)
     opcode, length, start, _, checksum, magic = _FOOTER.unpack(file.read(_FOOTER.size))
-    if (opcode, length, magic) != (Opcode.FOOTER, 20, _MAGIC) or not 0 < start < size:
+    if (opcode, length, magic) != (Opcode.FOOTER, 20, _MAGIC) or not 0 < start < total:
         return None
-    if size - start > RECORD_LIMIT:
+    if total - start > RECORD_LIMIT:
         return None
     file.seek(start)
-    data = file.read(size - start)
+    data = file.read(total - start)
     if checksum not in (0, zlib.crc32(data[: -len(_MAGIC) - 4])):
         return None
     summary = Summary([], [])
@@ -132,19 +131,35 @@ def read_summary(file: IO[bytes]) -> Summary | None:
         if length > end - position:
             return None
         if opcode == Opcode.CHUNK_INDEX and length >= _CHUNK_INDEX.size:
-            first, last, offset, _, of = _CHUNK_INDEX.unpack_from(data, position)
+            first, last, offset, size, of = _CHUNK_INDEX.unpack_from(data, position)
             if of > length - _CHUNK_INDEX.size or of % _OFFSET.itemsize:
                 return None
             where = position + _CHUNK_INDEX.size
             table = np.frombuffer(data, _OFFSET, of // _OFFSET.itemsize, where)
             channels = frozenset(table["channel"].tolist())
-            summary.chunks.append(IndexedChunk(first, last, offset, channels))
+            summary.chunks.append(IndexedChunk(first, last, offset, size, channels))
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             stream = ReadDataStream(BytesIO(data[position : position + length]))
             kind = Schema if opcode == Opcode.SCHEMA else Channel
             summary.definitions.append(kind.read(stream))
         position += length
     return summary
+
+
+def chunk_at(file: IO[bytes], place: IndexedChunk) -> Any:
+    """The chunk an index speaks of, still compressed. Raises ValueError, struct.error, McapError."""
+    from mcap.data_stream import ReadDataStream
+    from mcap.opcode import Opcode
+    from mcap.records import Chunk
+
+    if not _HEAD.size < place.length <= RECORD_LIMIT:
+        raise ValueError(f"the index claims {place.length} bytes for it")
+    file.seek(place.offset)
+    data = file.read(place.length)
+    opcode, length = _HEAD.unpack_from(data)
+    if opcode != Opcode.CHUNK or length != len(data) - _HEAD.size:
+        raise ValueError("it is not where the index says")
+    return Chunk.read(ReadDataStream(BytesIO(data[_HEAD.size :])))
 
 
 def decompressed(chunk: Any) -> Any:

@@ -35,7 +35,9 @@ class Output(Protocol):
 class McapWriter:
     """One file: `start`, then anything in any order, then `finish`."""
 
-    def __init__(self, output: Output, compression: str = "zstd", chunk_bytes: int = 1 << 17) -> None:
+    def __init__(
+        self, output: Output, compression: str = "zstd", chunk_bytes: int = 1 << 17
+    ) -> None:
         """`chunk_bytes`: a chunk is completed when its messages exceed so much, uncompressed."""
         self._out, self._chunk_bytes = output, chunk_bytes
         self._compression = "" if compression == "none" else compression
@@ -141,10 +143,9 @@ class McapWriter:
         )
         start = self._out.tell()
         length = len(head) + 12 + len(name) + len(packed)
-        self._out.write(
-            b"".join((head, _text(name), struct.pack("<Q", len(packed)), packed))
-        )
-        indexes, offsets, position = [], [], start + length
+        self._out.write(b"".join((head, _text(name), struct.pack("<Q", len(packed)), packed)))
+        indexes: list[bytes] = []
+        offsets, position = [], start + length
         for channel, entries in self._entries.items():
             size = 8 * len(entries)
             index = _INDEX_HEAD.pack(_MESSAGE_INDEX, 6 + size, channel, size)

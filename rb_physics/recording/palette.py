@@ -16,6 +16,9 @@ STATIC: RGBA = (150, 155, 160, 255)
 KINEMATIC: RGBA = (235, 190, 60, 255)
 FORCE: RGBA = (225, 50, 45, 255)  # of contacts
 APPLIED: RGBA = (30, 105, 220, 255)  # forces applied from outside
+APPLIED_TORQUE: RGBA = (120, 70, 200, 255)
+# Of contact forces by the share of the friction cone they use, from 0 to 1 (about to slip, slipping).
+CONE: tuple[RGBA, ...] = ((0, 135, 140, 255), (240, 165, 40, 255), FORCE)
 # Muted, distinct also for the colour-blind, repeated in the order of the bodies.
 DYNAMIC: tuple[RGBA, ...] = (
     (78, 121, 167, 255),
@@ -70,6 +73,16 @@ class ForceArrows:
 
     def vectors(self, forces: NDArray) -> NDArray:
         """Arrows (N, 3) in m of forces (N, 3) in N."""
-        excess = np.maximum(np.linalg.norm(forces, axis=1, keepdims=True) / self.knee, 1.0)
+        sizes = np.sqrt(np.einsum("ij,ij->i", forces, forces))[:, None]
+        excess = np.maximum(sizes / self.knee, 1.0)
         arrows: NDArray = forces * (self.scale * (1.0 + np.log(excess)) / excess)
         return arrows
+
+
+def cone_colors(share: NDArray) -> NDArray:
+    """RGBA (N, 4), uint8: CONE at shares (N,) of the friction cone; beyond 1 as at 1."""
+    at = np.linspace(0.0, len(CONE) - 1.0, 256)
+    stops = np.array(CONE, np.float64).T
+    table = np.rint([np.interp(at, np.arange(len(CONE)), of) for of in stops]).astype(np.uint8).T
+    colors: NDArray = table[(np.clip(share, 0.0, 1.0) * 255.0).astype(np.uint8)]
+    return colors

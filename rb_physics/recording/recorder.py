@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
 import time
 from dataclasses import asdict
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +23,9 @@ from .operations import to_json as operation_to_json
 from .outputs import Message, Outputs
 from .topics import Qos, TopicTable, load_topics
 
-FORMAT_VERSION = 1
+# 2: the state hash in eight lanes; coefficients of friction in `bodies`. 1 can be read, viewed and
+# exported, but not repeated.
+FORMAT_VERSION = 2
 _HASH_BATCH = 0.02  # s of simulated or wall time after which state hashes are written
 _LATCHED_QOS = Qos(durability="transient_local", depth=1)
 # What the recorder adds to the node's topics: name below the node, type, whether it may be dropped.
@@ -109,10 +113,11 @@ class Recorder:
             rerun_log.require(live=rerun == "live")
         self._log = McapLog(folder, custom_data=notes, attachments=attachments, **log_options)
         if rerun != "off":
-            gravity = float(np.linalg.norm(world.settings.gravity))
+            from .rerun_sink import RerunSink
+
             path = folder / f"{folder.name}.rrd"
-            view = rerun_log.RerunLog(path, gravity, live=rerun == "live")
-            self._view = rerun_log.RerunSink(view)
+            settings = asdict(world.settings)
+            self._view = RerunSink(rerun_log.RerunLog(path, settings, live=rerun == "live"))
         world.keep_hashes = True
         world.drain_hashes()
         self._hashes: list[tuple[int, int]] = []
@@ -331,6 +336,7 @@ def environment() -> dict[str, str]:
         own = "source tree"
     return {
         "rb_physics": own,
+        "build": _build(),
         "numpy": np.__version__,
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}",
@@ -352,6 +358,17 @@ def _notes(world: Any, scene: Any, node_name: str) -> dict[str, str]:
         "seed": "none: nothing is random",
         "first_step": str(world.step_count),
     }
+
+
+@cache
+def _build() -> str:
+    """Tells builds of the compiled core apart, whatever their version."""
+    from .. import _core
+
+    try:
+        return hashlib.sha256(Path(_core.__file__).read_bytes()).hexdigest()[:12]
+    except (OSError, TypeError):  # a frozen or zipped application
+        return "unknown"
 
 
 def _cpu() -> str:

@@ -12,9 +12,11 @@ import time as clock
 from pathlib import Path
 from typing import Any
 
+from .decoders import decode_string
+from .geometry import from_json
 from .log_reader import Recording
 from .mcap_log import RecordingError
-from .rerun_log import RerunLog, contents_of, require
+from .rerun_log import RerunLog, contents_of, require, wrenches_shown
 
 _SETTLE = 7.0  # s the viewer gets to draw after time was set, and to hide its greeting
 
@@ -30,10 +32,18 @@ def write_rrd(recording: str | Path, path: str | Path, layout: str = "overview")
     if "topics.json" not in attachments:
         raise RecordingError(f"{recording} was not made by rb_physics: it has no topics.json")
     contents = contents_of(attachments["topics.json"], "/" + notes["node_name"].strip("/") + "/")
-    gravity = json.loads(notes["settings"])["gravity"]
-    strength = sum(g * g for g in gravity) ** 0.5
-    view = RerunLog(Path(path), strength, layout=layout)
-    for message in log.messages(set(contents)):
+    settings = json.loads(notes["settings"])
+    view = RerunLog(Path(path), settings, layout=layout, afterwards=True)
+    shown: set[str] = set()
+    bodies = next((topic for topic, (content, _) in contents.items() if content == "bodies"), "")
+    for message in log.messages({bodies}):
+        shown |= wrenches_shown(from_json(decode_string(message.data)))
+    topics = {
+        topic
+        for topic, (content, body) in contents.items()
+        if content != "contact_wrench" or body in shown
+    }
+    for message in log.messages(topics):
         content, body = contents[message.topic]
         view.feed(content, body, message.log_time, message.data)
     view.close()

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 _QUANTITIES = ("position", "orientation", "linear_velocity", "angular_velocity")
+_REPEATABLE = 2  # the oldest format version with today's state hash
 _AT_ONCE = 256  # steps between two looks at the hashes
 
 
@@ -77,6 +78,12 @@ class Run:
             raise RecordingError(
                 f"{log.directory} has format version {notes['format_version']}; this rb_physics "
                 f"reads up to {FORMAT_VERSION}: install a newer one"
+            )
+        if int(notes["format_version"]) < _REPEATABLE:
+            raise RecordingError(
+                f"{log.directory} has format version {notes['format_version']}, whose state hashes "
+                "this rb_physics no longer computes: it can be viewed, exported and compared, but "
+                "repeated only by the version that made it"
             )
         attachments = log.attachments()
         if "scene.yaml" not in attachments:

@@ -13,19 +13,16 @@ from .palette import RGBA, body_colors, typical_radius
 from .quaternions import multiply, rotate
 
 NAMED_BODIES = 50  # up to so many bodies each is an entity that can be selected by name
-_BATCH = 25
 _TILES = 20  # along one side of a drawn half-space
 
 
 class ShapeEntities:
-    """Logs the shapes once and their poses in batches."""
+    """Logs the shapes once, and their poses as columns."""
 
     def __init__(self, recording: Any, bodies: Sequence[BodyDescription], poses: NDArray) -> None:
         import rerun
 
         self._rr, self._rec = rerun, recording
-        self._times: list[int] = []
-        self._poses: list[NDArray] = []
         self._named: list[tuple[str, int]] = []  # (entity, row)
         # (entity, rows, local positions, local orientations) of many parts of one kind
         self._grouped: list[tuple[str, NDArray, NDArray, NDArray]] = []
@@ -104,22 +101,9 @@ class ShapeEntities:
             self._rec.log(entity, shape, static=True)
             self._grouped.append((entity, rows, positions, orientations))
 
-    def add(self, time_ns: int, poses: NDArray) -> None:
-        """poses (N, 7) of all bodies."""
-        self._times.append(time_ns)
-        self._poses.append(poses)
-        if len(self._times) >= _BATCH:
-            self.flush()
-
-    def flush(self) -> None:
-        if not self._times:
-            return
-        rr = self._rr
-        stamps = np.array(self._times, np.int64).astype("timedelta64[ns]")
-        index = rr.TimeColumn("sim_time", duration=stamps)
-        poses = np.stack(self._poses)
-        count = len(self._times)
-        self._times, self._poses = [], []
+    def send(self, index: Any, poses: NDArray) -> None:
+        """poses (T, N, 7) of all bodies at the times of a column."""
+        rr, count = self._rr, len(poses)
         for entity, row in self._named:
             columns = rr.Transform3D.columns(
                 translation=poses[:, row, :3], quaternion=poses[:, row, 3:]
