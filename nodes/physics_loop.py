@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from rb_physics.errors import DivergedError
@@ -14,7 +14,7 @@ from .pacer import Pacer
 from .wrench_inputs import Perform
 
 IDLE = 0.05  # s of wall time between looks at the inbox while nothing moves
-INTERRUPTING = ("pause", "reset", "reset_state")  # orders that end a ~/step in progress
+INTERRUPTING = ("pause", "reset", "reset_state", "restart")  # orders that end a ~/step in progress
 LONGEST_CHUNK = 1000  # steps made in one go at most, so that orders are answered soon
 
 
@@ -57,6 +57,7 @@ class PhysicsLoop:
         duration: float,
         log: Callable[[str], None],
         save: Callable[[Any], str],
+        spawned: Callable[[], Sequence[str]],
     ) -> None:
         self.world = world
         self.commands = CommandQueue()
@@ -70,6 +71,7 @@ class PhysicsLoop:
         self._perform = perform
         self._log = log
         self._save = save
+        self._spawned = spawned
         self._last_step = round(duration / world.settings.dt) if duration > 0 else None
         self._ordered: Command | None = None  # a ~/step in progress
         self._ordered_until = 0
@@ -215,9 +217,18 @@ class PhysicsLoop:
     def _do_reset_state(self) -> Answer:
         return self._restore("reset_state")
 
-    def _restore(self, operation: str) -> Answer:
+    def _do_restart(self, state: bool, time: bool, spawned: bool) -> Answer:
+        """Reset any of state, time and the set of bodies."""
+        if state:
+            return self._restore("reset" if time else "reset_state", keep_spawned=not spawned)
+        if spawned:
+            for name in self._spawned():
+                self._perform("remove_body", body=name)
+        return self._restore("reset_time") if time else (True, "")
+
+    def _restore(self, operation: str, **arguments: bool) -> Answer:
         self._inputs.clear(self.step, self._perform)
-        self._perform(operation)
+        self._perform(operation, **arguments)
         self._sender.start(self.world)
         self._pacer.restart(self.step)
         return True, f"state reset, time is {self.world.time:.9g} s"

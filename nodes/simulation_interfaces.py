@@ -1,32 +1,36 @@
 """The services of the package simulation_interfaces, where it is installed.
 
-Offered: state (play, pause, stop, quit), stepping, reset, and reading and setting the state of
-entities, which are the bodies. GetSimulatorFeatures lists what is offered.
+Offered: state (play, pause, stop, quit), stepping, reset, and entities, which are the bodies: their
+states, adding and removing them. GetSimulatorFeatures lists what is offered.
 """
 
 from __future__ import annotations
 
 import importlib
-import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
-from .kinematic_inputs import rotate
+from . import entities
+from .entities import EntityError
 from .physics_loop import PhysicsLoop
 from .wrench_inputs import Perform
 
 OFFERED = [
+    "SPAWNING",
+    "DELETING",
+    "SPAWNING_RESOURCE_STRING",
     "ENTITY_STATE_GETTING",
     "ENTITY_STATE_SETTING",
     "ENTITY_INFO_GETTING",
     "ENTITY_CATEGORIES",
     "SIMULATION_RESET",
+    "SIMULATION_RESET_TIME",
     "SIMULATION_RESET_STATE",
+    "SIMULATION_RESET_SPAWNED",
     "SIMULATION_STATE_GETTING",
     "SIMULATION_STATE_SETTING",
     "SIMULATION_STATE_PAUSE",
@@ -44,8 +48,9 @@ SERVICES = [
     "GetEntitiesStates",
     "SetEntityState",
     "GetEntityInfo",
+    "SpawnEntity",
+    "DeleteEntity",
 ]
-UNIT_TOLERANCE = 1e-3  # on the norm of a quaternion, as everywhere
 
 
 def load_messages() -> tuple[Any, Any] | None:
@@ -101,6 +106,7 @@ class SimulationInterfaces:
     def get_simulator_features(self, _: Any, response: Any) -> Any:
         features = self._msg.SimulatorFeatures
         response.features.features = [getattr(features, name) for name in OFFERED]
+        response.features.spawn_formats = list(entities.FORMATS)
         response.features.custom_info = "rb_physics: rigid bodies in contact; see docs/ros.md"
         return response
 
@@ -127,6 +133,7 @@ class SimulationInterfaces:
         if wanted == states.STATE_PLAYING:
             return self._answer(response, *ask("pause", False))
         if wanted == states.STATE_PAUSED:
+            self._stopped = False
             return self._answer(response, *ask("pause", True))
         if wanted == states.STATE_STOPPED:
             ask("pause", True)
@@ -141,23 +148,22 @@ class SimulationInterfaces:
         return response
 
     def step_simulation(self, request: Any, response: Any) -> Any:
-        if not self._loop.paused:
+        if self._state() != self._msg.SimulationState.STATE_PAUSED:
             return self._answer(response, False, "stepping works only while paused")
         if request.steps < 1:
             return self._answer(response, False, "steps is 0, but must be at least 1")
         return self._answer(response, *self._loop.commands.ask("step", int(request.steps)))
 
     def reset_simulation(self, request: Any, response: Any) -> Any:
-        scopes, ask = self._srv.ResetSimulation.Request, self._loop.commands.ask
+        scopes = self._srv.ResetSimulation.Request
         scope = request.scope or scopes.SCOPE_ALL
-        if scope & scopes.SCOPE_STATE:
-            order = "reset" if scope & scopes.SCOPE_TIME else "reset_state"
-            return self._answer(response, *ask(order))
-        if scope & scopes.SCOPE_TIME:
-            response.result.result = self._msg.Result.RESULT_FEATURE_UNSUPPORTED
-            response.result.error_message = "time is reset together with the state only"
-            return response
-        return self._answer(response, True, "")  # bodies spawned meanwhile: there are none
+        answer = self._loop.commands.ask(
+            "restart",
+            bool(scope & scopes.SCOPE_STATE),
+            bool(scope & scopes.SCOPE_TIME),
+            bool(scope & scopes.SCOPE_SPAWNED),
+        )
+        return self._answer(response, *answer)
 
     # -- entities ---------------------------------------------------------------------------------
 
@@ -168,9 +174,10 @@ class SimulationInterfaces:
         return response
 
     def get_entity_state(self, request: Any, response: Any) -> Any:
-        if self._known(request.entity, response):
-            self._ask(response, lambda: self._fill(response.state, request.entity))
-        return response
+        name = request.entity
+        return self._act(
+            response, lambda: entities.get_state(self._world, self._known(name), response.state)
+        )
 
     def get_entities_states(self, request: Any, response: Any) -> Any:
         names = self._filtered(request.filters, response)
@@ -180,56 +187,43 @@ class SimulationInterfaces:
 
         def read() -> None:
             for name, state in zip(names, states, strict=True):
-                self._fill(state, name)
+                entities.get_state(self._world, self._known(name), state)
 
-        self._ask(response, read)
+        self._act(response, read)
         response.entities, response.states = names, states
         return response
 
     def set_entity_state(self, request: Any, response: Any) -> Any:
-        name, state = request.entity, request.state
-        if not self._known(name, response):
-            return response
-        body = self._loop.world[name]
-        pose, twist = state.pose, state.twist
-        position, velocity, spin = (
-            np.array([v.x, v.y, v.z]) for v in (pose.position, twist.linear, twist.angular)
-        )
-        q = pose.orientation
-        orientation = np.array([q.x, q.y, q.z, q.w])
-        if state.header.frame_id not in ("", "world"):
-            text = f"frame '{state.header.frame_id}' is not world"
-            return self._answer(response, False, text)
-        if body.type == "static":
-            return self._answer(response, False, f"body '{name}' is static and can't be moved")
-        numbers = np.concatenate((position, orientation, velocity, spin))
-        norm = math.sqrt(float(orientation @ orientation))
-        if not np.isfinite(numbers).all() or abs(norm - 1.0) > UNIT_TOLERANCE:
-            response.result.result = self._srv.SetEntityState.Response.INVALID_POSE
-            response.result.error_message = f"state of '{name}' must be finite and its quaternion of length 1, which is {norm:g}"
-            return response
-
         def write() -> None:
-            lever = rotate(orientation / norm, np.array(body.center_of_mass))
-            self._perform(
-                "set_state",
-                body=name,
-                position=position,
-                orientation=orientation / norm,
-                linear_velocity=velocity + np.cross(spin, lever),
-                angular_velocity=spin,
-            )
+            name = self._known(request.entity)
+            entities.set_state(self._world, name, request.state, self._perform)
 
-        return self._ask(response, write)
+        return self._act(response, write)
+
+    def spawn_entity(self, request: Any, response: Any) -> Any:
+        def add() -> None:
+            body = entities.description(request)
+            response.entity_name = entities.spawn(self._world, body, request, self._perform)
+
+        return self._act(response, add)
+
+    def delete_entity(self, request: Any, response: Any) -> Any:
+        name = request.entity
+        return self._act(response, lambda: self._perform("remove_body", body=self._known(name)))
 
     def get_entity_info(self, request: Any, response: Any) -> Any:
-        if self._known(request.entity, response):
-            response.info.category.category = self._category(request.entity)
-            response.info.description = f"{self._loop.world[request.entity].type} body"
-            self._answer(response, True, "")
-        return response
+        def read() -> None:
+            name = self._known(request.entity)
+            response.info.category.category = self._category(name)
+            response.info.description = f"{self._world[name].type} body"
+
+        return self._act(response, read)
 
     # -- shared -----------------------------------------------------------------------------------
+
+    @property
+    def _world(self) -> Any:
+        return self._loop.world
 
     def _answer(self, response: Any, success: bool, text: str) -> Any:
         result = self._msg.Result
@@ -237,17 +231,28 @@ class SimulationInterfaces:
         response.result.error_message = "" if success else text
         return response
 
-    def _ask(self, response: Any, action: Callable[[], None]) -> Any:
-        return self._answer(response, *self._loop.commands.ask("call", action))
+    def _act(self, response: Any, action: Callable[[], None]) -> Any:
+        """Do something in the physics thread, between two steps, and say what became of it."""
+        failed: list[EntityError] = []
 
-    def _known(self, name: str, response: Any) -> bool:
-        if name in self._names():
-            return True
-        response.result.result = self._msg.Result.RESULT_NOT_FOUND
-        response.result.error_message = (
-            f"there is no body '{name}'; there are {', '.join(self._names())}"
-        )
-        return False
+        def guarded() -> None:
+            try:
+                action()
+            except EntityError as error:
+                failed.append(error)
+                raise
+
+        self._answer(response, *self._loop.commands.ask("call", guarded))
+        if failed:
+            name = failed[0].result
+            response.result.result = getattr(response, name, getattr(self._msg.Result, name, None))
+        return response
+
+    def _known(self, name: str) -> str:
+        if name not in self._world:
+            known = ", ".join(self._names()) or "none"
+            raise EntityError("RESULT_NOT_FOUND", f"there is no body '{name}'; there are {known}")
+        return name
 
     def _names(self) -> list[str]:
         return [body.name for body in self._loop.world.bodies]
@@ -278,22 +283,3 @@ class SimulationInterfaces:
             names = [name for name in names if self._category(name) in categories]
         self._answer(response, True, "")
         return names
-
-    def _fill(self, state: Any, name: str) -> None:
-        """The state of a body: world frame, twist of the origin of its frame."""
-        body, world = self._loop.world[name], self._loop.world
-        state.header.frame_id = "world"
-        sec, nanosec = divmod(round(world.time * 1e9), 10**9)
-        state.header.stamp.sec, state.header.stamp.nanosec = sec, nanosec
-        spin = np.array(body.angular_velocity)
-        lever = np.array(body.position) - np.array(body.com_position)
-        velocity = np.array(body.linear_velocity) + np.cross(spin, lever)
-        _set_xyz(state.pose.position, body.position)
-        q = state.pose.orientation
-        q.x, q.y, q.z, q.w = (float(value) for value in body.orientation)
-        _set_xyz(state.twist.linear, velocity)
-        _set_xyz(state.twist.angular, spin)
-
-
-def _set_xyz(vector: Any, values: Sequence[float]) -> None:
-    vector.x, vector.y, vector.z = (float(value) for value in values)

@@ -103,6 +103,7 @@ class Simulator:
             duration=values["duration"],
             log=self._log_error,
             save=self._save,
+            spawned=lambda: self.recorder.spawned,
         )
         self._subscribing = Subscribing(self._node, self.inputs, self.loop.commands)
         self._services: list[Any] = [Services(self._node, self.loop.commands)]

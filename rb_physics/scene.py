@@ -195,12 +195,19 @@ _CHANGEABLE = (
 )  # fmt: skip
 
 
-def parse_body(text: str, source: str = "body") -> dict[str, Any]:
+def parse_body(text: str, source: str = "body", name: str | None = None) -> dict[str, Any]:
     """One body as in a scene file (YAML), checked against the schema; meshes by their vertices.
 
-    Raises SceneError, as scene files do.
+    `name`, when given, is its name in place of that in the text. Raises SceneError, as scene files
+    do.
     """
-    return _parse_part(text, source, {"$ref": "#/$defs/body"})
+    rule = scene_schema()["$defs"]["body"]
+    if name is None:
+        return _parse_part(text, source, rule)
+    from . import checks
+
+    body = _parse_part(text, source, {**rule, "required": ["shape"]})
+    return {**body, "name": checks.name(name, "body")}
 
 
 def parse_change(text: str, source: str = "change") -> dict[str, Any]:
@@ -224,7 +231,7 @@ def _parse_part(text: str, source: str, rule: dict[str, Any]) -> dict[str, Any]:
     except ValueError as error:
         raise SceneError(str(error)) from None
     if "file" in str(data.get("shape")):
-        _no_files(data["shape"], data["name"])
+        _no_files(data["shape"], data.get("name", source))
     return data
 
 

@@ -18,6 +18,7 @@ add_body           description: a body as in a scene file
 remove_body        body
 reset              back to the state and time at the start of the recording, bodies included
 reset_state        back to that state; time goes on
+reset_time         back to time 0; the state stays
 =================  =================================================================
 
 Both resets take keep_spawned (False): bodies added since stay, in the state they were added in.
@@ -34,6 +35,7 @@ import numpy as np
 from .initial_bodies import InitialBodies
 
 CHANGE_BODIES = ("add_body", "remove_body", "reset", "reset_state")  # the set of bodies may change
+RESETS = ("reset", "reset_state", "reset_time")
 _STATE = ("position", "orientation", "linear_velocity", "angular_velocity")
 
 
@@ -133,6 +135,9 @@ class Operations:
                 if name not in self._world:  # a removed body of the start had that name and is back
                     self._add_body(description)
 
+    def _reset_time(self) -> None:
+        self._world.step_count = 0
+
     def _reset_state(self, keep_spawned: bool = False) -> None:
         steps = self._world.step_count
         self._reset(keep_spawned)
@@ -151,6 +156,7 @@ _METHODS: dict[str, Callable[..., None]] = {
     "remove_body": Operations._remove_body,
     "reset": Operations._reset,
     "reset_state": Operations._reset_state,
+    "reset_time": Operations._reset_time,
 }
 
 

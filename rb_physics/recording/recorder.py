@@ -18,7 +18,7 @@ from . import encoders
 from .geometry import to_json as bodies_to_json
 from .mcap_log import Attachment, McapLog, RecordingError
 from .message_queue import Entry
-from .operations import CHANGE_BODIES, Operation, Operations, plain
+from .operations import CHANGE_BODIES, RESETS, Operation, Operations, plain
 from .operations import to_json as operation_to_json
 from .outputs import Message, Outputs
 from .topics import Qos, TopicTable, load_topics
@@ -161,7 +161,7 @@ class Recorder:
         others = name in CHANGE_BODIES and self._world.bodies != before
         if others:
             self.outputs.rebuild()
-        if name in ("reset", "reset_state"):
+        if name in RESETS:
             self.outputs.restart()
             self._counted = int(self._world.step_count)
         if self._log is None:
@@ -172,7 +172,7 @@ class Recorder:
             self._register_topics()
             entries.extend(self._description(now))
         self._write(entries)
-        if name in ("reset", "reset_state"):
+        if name in RESETS:
             self.event("INFO", f"{name} at step {self.step}")
         return text
 

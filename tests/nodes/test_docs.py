@@ -5,9 +5,10 @@ import re
 from pathlib import Path
 
 import rb_physics_nodes.examples
-from rb_physics_nodes import refused
+from rb_physics_nodes import refused, simulation_interfaces
 from rb_physics_nodes.parameters import load_table
 from rb_physics_nodes.services import TRIGGERS
+from rb_physics_nodes.simulation_interfaces import snake_case
 
 from rb_physics.recording.topics import load_topics
 
@@ -32,8 +33,13 @@ def test_topics():
 
 
 def test_services():
-    told = {row[0].strip("` |").removeprefix("~/") for row in rows("Services")}
-    assert told == {"pause", "step", *TRIGGERS}
+    told = {
+        name.removeprefix("~/")
+        for row in rows("Services")
+        for name in re.findall("`([^`]*)`", row[0])
+    }
+    further = {snake_case(name) for name in simulation_interfaces.SERVICES}
+    assert told == {"pause", "step", *TRIGGERS} | further
 
 
 def test_parameters():

@@ -9,7 +9,7 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from geometry_msgs.msg import Pose, Twist
+from geometry_msgs.msg import Pose, PoseStamped, Twist
 from rb_physics_nodes.inputs import Inputs
 from rb_physics_nodes.pacer import Pacer
 from rb_physics_nodes.physics_loop import PhysicsLoop
@@ -20,7 +20,7 @@ import rb_physics as rb
 from rb_physics.recording import Recorder
 
 
-def message(name, constants=(), **fields):
+def message(name, constants=(), /, **fields):
     """A class whose instances have `fields` (name=factory) and whose constants are `constants`."""
 
     def __init__(self, **given):
@@ -63,7 +63,7 @@ MSG = SimpleNamespace(
 )  # fmt: skip
 
 
-def service(request=None, constants=(), **response):
+def service(request=None, constants=(), /, **response):
     return SimpleNamespace(
         Request=request or message("Request"), Response=message("Response", constants, **response)
     )
@@ -96,6 +96,15 @@ SRV = SimpleNamespace(
         message("Request", entity=str, state=EntityState), {"INVALID_POSE": 101}, result=Result
     ),
     GetEntityInfo=service(message("Request", entity=str), result=Result, info=Info),
+    SpawnEntity=service(
+        message("Request", name=str, allow_renaming=bool, uri=str, resource_string=str,
+                entity_namespace=str, initial_pose=PoseStamped),
+        {"NAME_NOT_UNIQUE": 101, "NAME_INVALID": 102, "UNSUPPORTED_FORMAT": 103,
+         "NO_RESOURCE": 104, "NAMESPACE_INVALID": 105, "RESOURCE_PARSE_ERROR": 106,
+         "INVALID_POSE": 109},
+        result=Result, entity_name=str,
+    ),
+    DeleteEntity=service(message("Request", entity=str), result=Result),
 )  # fmt: skip
 
 
@@ -122,7 +131,7 @@ class Simulation:
         inputs = Inputs(world, topics, 0.1, 0.5, False, lambda key, text: None)
         self.loop = PhysicsLoop(
             world, inputs, Quiet(), Pacer(world.settings.dt, 1.0), recorder.perform,
-            paused=True, duration=0.0, log=print, save=str,
+            paused=True, duration=0.0, log=print, save=str, spawned=lambda: recorder.spawned,
         )  # fmt: skip
         self.services = SimulationInterfaces(self.loop, recorder.perform, MSG, SRV)
         self._thread = threading.Thread(target=self.loop.run)
@@ -190,7 +199,7 @@ def test_stepping_works_while_paused_only(simulation):
 
 @pytest.mark.parametrize(
     ("scope", "step", "result"),
-    [(0, 0, 1), (255, 0, 1), (3, 0, 1), (2, 30, 1), (1, 30, 0), (4, 30, 1)],
+    [(0, 0, 1), (255, 0, 1), (3, 0, 1), (2, 30, 1), (1, 0, 1), (4, 30, 1)],
 )
 def test_reset_scopes(simulation, scope, step, result):
     simulation.call("StepSimulation", "step_simulation", steps=30)
@@ -252,7 +261,75 @@ def test_bad_entity_requests_are_answered(simulation):
 
     assert put("crate", pose__position__x=math.nan).result.result == 101
     assert put("crate", pose__orientation__w=0.0).result.result == 101
-    assert put("ground").result.result == Result.RESULT_OPERATION_FAILED
-    frame = put("crate", header__frame_id="crate").result
+    moving = put("ground", twist__linear__x=1.0).result
+    assert moving.result == Result.RESULT_OPERATION_FAILED
+    assert "static" in moving.error_message
+    frame = put("crate", header__frame_id="crate/nowhere").result
     assert frame.result == Result.RESULT_OPERATION_FAILED
-    assert "is not world" in frame.error_message
+    assert "there is no frame 'crate/nowhere'" in frame.error_message
+
+
+BALL = "{shape: {type: sphere, radius: 0.1}, mass: 1}"
+
+
+def spawn(simulation, frame="", x=0.0, **request):
+    pose = PoseStamped()
+    pose.header.frame_id, pose.pose.position.x = frame, x
+    return simulation.call("SpawnEntity", "spawn_entity", initial_pose=pose, **request)
+
+
+def names(simulation):
+    return simulation.call("GetEntities", "get_entities").entities
+
+
+def test_entities_are_spawned_in_frames_renamed_and_deleted(simulation, tmp_path):
+    answer = spawn(simulation, name="ball", resource_string=BALL, x=7.0)
+    assert (answer.result.result, answer.entity_name) == (Result.RESULT_OK, "ball")
+    assert state_of(simulation, "ball").state.pose.position.x == 7.0
+    path = tmp_path / "ball.yaml"
+    path.write_text(BALL.replace("mass: 1", "mass: 1, name: ball, position: [0, 0, 2]"))
+    answer = spawn(simulation, uri=path.as_uri(), allow_renaming=True, frame="crate/tip", x=1.0)
+    assert (answer.result.result, answer.entity_name) == (Result.RESULT_OK, "ball_1")
+    position = state_of(simulation, "ball_1").state.pose.position
+    # The tip is 0.1 m along x of the crate, which stands at z = 0.1 m; sums of two such numbers
+    assert (position.x, position.y, position.z) == pytest.approx((1.1, 0.0, 2.1), abs=1e-15)
+    done = simulation.call("DeleteEntity", "delete_entity", entity="ball").result
+    assert done.result == Result.RESULT_OK
+    assert names(simulation) == ["ground", "crate", "floater", "ball_1"]
+    assert simulation.call("ResetSimulation", "reset_simulation", scope=4).result.result == 1
+    assert names(simulation) == ["ground", "crate", "floater"]
+
+
+@pytest.mark.parametrize(
+    ("request_fields", "code", "words"),
+    [
+        ({"name": "crate", "resource_string": BALL}, 101, "'crate' is taken"),
+        ({"name": "world", "resource_string": BALL}, 102, "not 'world'"),
+        ({"resource_string": BALL}, 106, "name is missing"),
+        ({"name": "a", "resource_string": "<robot/>"}, 103, "YAML"),
+        ({"name": "a"}, 104, "neither of uri and resource_string"),
+        ({"name": "a", "uri": "/nowhere.yaml"}, 104, "can't be read"),
+        ({"name": "a", "uri": "model://x"}, 104, "only paths and file:"),
+        ({"name": "a", "resource_string": BALL, "entity_namespace": "n"}, 105, "leave it empty"),
+        ({"name": "a", "resource_string": BALL.replace("0.1", "-1")}, 106, "radius is -1"),
+        ({"name": "a", "resource_string": BALL, "frame": "map"}, 109, "there is no frame 'map'"),
+        ({"name": "a", "resource_string": BALL, "x": math.nan}, 109, "must be finite"),
+    ],
+)
+def test_bad_spawn_requests_are_answered(simulation, request_fields, code, words):
+    result = spawn(simulation, **request_fields).result
+    assert result.result == code, result.error_message
+    assert words in result.error_message
+    assert names(simulation) == ["ground", "crate", "floater"]
+
+
+def test_resets_keep_spawned_bodies_unless_they_are_asked_for(simulation):
+    spawn(simulation, name="ball", resource_string=BALL, x=7.0)
+    simulation.call("StepSimulation", "step_simulation", steps=30)
+    assert simulation.call("ResetSimulation", "reset_simulation", scope=2).result.result == 1
+    assert names(simulation) == ["ground", "crate", "floater", "ball"]
+    assert state_of(simulation, "ball").state.pose.position.z == 0.0
+    assert simulation.loop.step == 30
+    assert simulation.call("ResetSimulation", "reset_simulation", scope=255).result.result == 1
+    assert names(simulation) == ["ground", "crate", "floater"]
+    assert simulation.loop.step == 0
