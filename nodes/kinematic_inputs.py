@@ -116,9 +116,8 @@ class KinematicInputs:
 
     def _steps_since(self, body: str, stamp_ns: int) -> int | None:
         """Steps between the last pose of a stream and this one; None: it is not of a stream."""
-        last = self._stamps.get(body, 0)
-        gap = (stamp_ns - last) * 1e-9
-        return max(1, round(gap / self._dt)) if last > 0 and 0.0 < gap <= LONGEST_GAP else None
+        gap = (stamp_ns - self._stamps.get(body, stamp_ns)) * 1e-9
+        return max(1, round(gap / self._dt)) if 0.0 < gap <= LONGEST_GAP else None
 
     def _start(
         self,

@@ -7,9 +7,13 @@ environment in which these tests run.
 import math
 
 import pytest
-from geometry_msgs.msg import PoseArray, WrenchStamped
+from geometry_msgs.msg import PoseArray, TransformStamped, WrenchStamped
 from harness import wait_for
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
+
+from rb_physics.recording.topics import default_topics_path
 
 srv = pytest.importorskip(
     "simulation_interfaces.srv",
@@ -88,3 +92,49 @@ def test_entities_are_spawned_moved_read_and_deleted(simulator):
     assert call(sim, "DeleteEntity", entity="ball").result.result == Result.RESULT_OK
     assert call(sim, "DeleteEntity", entity="ball").result.result == Result.RESULT_NOT_FOUND
     wait_for(lambda: len(poses[-1].poses) == 3, "poses without it")
+
+
+def test_frames_are_sent_and_a_link_follows_those_of_a_robot(simulator, tmp_path):
+    """A robot's process: a fixed base, a link that moves at 0.5 m/s of simulation time."""
+    tf2 = pytest.importorskip("tf2_msgs.msg", reason="tf2_msgs is not installed")
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        "bodies:\n"
+        "  - {name: crate, shape: {type: sphere, radius: 0.1}, mass: 1}\n"
+        "  - {name: link, type: kinematic, shape: {type: sphere, radius: 0.1}, position: [0, 9, 0]}\n"
+    )
+    table = default_topics_path().read_text()
+    topics = tmp_path / "topics.yaml"
+    topics.write_text(table.replace("frame: NAME, bodies: []", "frame: arm/NAME, bodies: [link]"))
+    sim = simulator(scene=scene, topics=topics)
+    client = sim.client
+    sent = client.collect(tf2.TFMessage, "/tf")
+    fixed = client.collect(tf2.TFMessage, "/tf_static", latched=True)
+    poses = client.collect(PoseArray, "/sim_node/poses")
+    moving = client.publisher(tf2.TFMessage, "/tf")
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    base = client.node.create_publisher(tf2.TFMessage, "/tf_static", latched)
+
+    def transform(parent, child, stamp, **translation):
+        message = TransformStamped(child_frame_id=child)
+        message.header.frame_id, message.header.stamp = parent, stamp
+        for axis, value in translation.items():
+            setattr(message.transform.translation, axis, value)
+        return tf2.TFMessage(transforms=[message])
+
+    def answer(clock):
+        time = clock.clock.sec + clock.clock.nanosec * 1e-9
+        moving.publish(transform("arm/base", "arm/link", clock.clock, x=0.5 * time))
+
+    base.publish(transform("world", "arm/base", Time().to_msg(), z=2.0))
+    client.node.create_subscription(Clock, "/clock", answer, 10)
+    wait_for(lambda: poses and poses[-1].poses[1].position.x > 0.5, "the link to follow")
+    last = poses[-1]
+    time = last.header.stamp.sec + last.header.stamp.nanosec * 1e-9
+    assert last.poses[1].position.z == 2.0
+    # One interval of 10 ms behind, and what a message is under way on a loaded machine: 0.2 s
+    assert 0.5 * (time - 0.2) < last.poses[1].position.x < 0.5 * time + 0.01
+    own = [m for m in sent if m.transforms[0].child_frame_id != "arm/link"]
+    assert [t.child_frame_id for t in own[-1].transforms] == ["crate"]  # the link's is the robot's
+    children = {t.child_frame_id for message in fixed for t in message.transforms}
+    assert {"crate/com", "link/com"} <= children
