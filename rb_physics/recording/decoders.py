@@ -175,7 +175,7 @@ class PointCloudDecoder:
                 height, width = struct.unpack_from("<II", data, start)
                 _, size = struct.unpack_from("<II", data, end)
                 count = height * width
-                if size == count * point.itemsize and end + 8 + size <= len(data):
+                if size == count * point.itemsize and end + 9 + size == len(data):
                     points = np.frombuffer(data, point, count, end + 8)
                     return sec * 1_000_000_000 + nanosec, self._name, points
         return self._read(data)
@@ -207,6 +207,8 @@ class PointCloudDecoder:
             self._name, self._frame = frame_id, (bytes(data[12:start]), start)
             self._fields = (bytes(data[start + 8 : end]), end, dtype)
         points = np.frombuffer(reader.raw(size), dtype) if size else np.empty(0, dtype)
+        reader.u8()  # is_dense
+        reader.end()
         return time_ns, frame_id, points
 
 

@@ -66,7 +66,18 @@ class AppliedWrenches:
             for key in list(self._held):
                 if body in (None, key[0]) and source in (None, key[1]):
                     del self._held[key]
-        elif operation.name == "apply_wrench" and arguments["body"] in self._row_of:
+        elif operation.name == "apply_wrench":
+            self._hold(time_ns, arguments, poses)
+        elif operation.name == "apply_wrenches":
+            common = {name: arguments[name] for name in ("frame", "duration")}
+            for body, source, row in zip(
+                arguments["bodies"], arguments["sources"], arguments["wrenches"], strict=True
+            ):
+                one = {"body": body, "source": source, "force": row[:3], "torque": row[3:]}
+                self._hold(time_ns, one | common, poses)
+
+    def _hold(self, time_ns: int, arguments: dict[str, Any], poses: NDArray) -> None:
+        if arguments["body"] in self._row_of:
             key = (arguments["body"], int(arguments.get("source") or 0))
             self._held[key] = self._wrench(time_ns, arguments, poses)
 

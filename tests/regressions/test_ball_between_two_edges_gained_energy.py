@@ -18,7 +18,9 @@ def test_ball_between_two_edges(restitution, offset, dt):
     more = {"friction": 0.0, "restitution": restitution}
     world.add_body(rb.HalfSpace(normal=(0, 0, 1), offset=0.0), type="static", **more)
     for side in (-1, 1):  # the gap is as wide as the ball
-        world.add_body(rb.Box((0.5, 0.5, 0.2)), type="static", position=(side * 0.6, 0, 0.2), **more)
+        world.add_body(
+            rb.Box((0.5, 0.5, 0.2)), type="static", position=(side * 0.6, 0, 0.2), **more
+        )
     ball = world.add_body(rb.Sphere(0.1), mass=1.0, position=(offset, 0.01, 1.0), **more)
     energy = world.kinetic_energy + world.potential_energy
     for _ in range(round(1.2 / dt)):

@@ -1,0 +1,85 @@
+"""Pictures of the Rerun views: every layout of three scenes, rendered without a screen.
+
+    python -m benchmarks.pictures [--folder build/pictures]
+
+Prints each picture's name, and every problem the viewer reports; exit code 1 if there is one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import rb_physics as rb
+from rb_physics.recording import Recorder
+from rb_physics.recording.render import render_png
+from rb_physics.recording.rerun_blueprint import BLUEPRINTS
+
+
+class Shot(NamedTuple):
+    """A scene, what is done to it at its start, how long it runs, and when the picture is taken."""
+
+    scene: str
+    act: Callable[[Recorder], None]
+    duration: float  # s
+    moment: float  # s
+
+
+def push_tower(recorder: Recorder) -> None:
+    """A wind on the tower's top box; the demo's ball comes by itself."""
+    recorder.perform("apply_wrench", body="box_4", force=(1.5, 0, 0), torque=(0, 0, 0.2))
+
+
+def drag_crate(recorder: Recorder) -> None:
+    """Up to sliding: the force is above what friction holds."""
+    recorder.perform("apply_wrench", body="box", force=(9.0, 0, 0), point=None)
+
+
+def push_column(recorder: Recorder) -> None:
+    """Two of the hundred bodies are pushed."""
+    for name in ("box_0_0", "box_12_2"):
+        recorder.perform("apply_wrench", body=name, force=(6.0, 2.0, 0))
+
+
+SHOTS = (
+    Shot("demo", push_tower, 2.0, 1.0),
+    Shot("single_box", drag_crate, 1.0, 0.5),
+    Shot("hundred_bodies", push_column, 1.5, 1.0),
+)
+
+
+def record(shot: Shot, directory: Path) -> None:
+    scene = rb.load_scene(shot.scene)
+    world = scene.build()
+    with Recorder(world, directory, scene=scene) as recorder:
+        shot.act(recorder)
+        for _ in range(round(shot.duration / world.dt)):
+            world.step()
+            recorder.after_step()
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--folder", type=Path, default=Path("build/pictures"))
+    folder = parser.parse_args().folder
+    folder.mkdir(parents=True, exist_ok=True)
+    problems = 0
+    with tempfile.TemporaryDirectory() as runs:
+        for shot in SHOTS:
+            run = Path(runs) / shot.scene
+            record(shot, run)
+            for layout in BLUEPRINTS:
+                picture = folder / f"{shot.scene}_{layout}.png"
+                picture.unlink(missing_ok=True)
+                reports = render_png(run, picture, time=shot.moment, layout=layout)
+                print(picture, *reports, sep="\n    ")
+                problems += len(reports)
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
