@@ -13,6 +13,9 @@ ARGUMENTS = {
     "rate": ("1.0", float, "speed; 0 for as fast as possible"),
     "start": ("0.0", float, "seconds of the recording's time at which to begin"),
     "loop": ("false", bool, "begin again at the end"),
+    "paused": ("false", bool, "begin paused"),
+    "topics": ("", str, "publish only these, with spaces between"),
+    "exclude_topics": ("", str, "publish all but these, with spaces between"),
     "inputs": ("false", bool, "publish the recorded inputs as well"),
 }
 

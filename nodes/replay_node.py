@@ -1,7 +1,10 @@
 """`replay_node`: publishes a recording again, with its timing and its bytes.
 
 Parameters: recording (folder), rate (1 is the original speed, 0 as fast as possible), start (s of the
-recording's time at which to begin), loop, and inputs (publish the recorded inputs, too).
+recording's time at which to begin), loop, paused (begin so), inputs (publish the recorded inputs, too),
+topics (only these, with spaces between), exclude_topics, seek_time (s, for ~/seek). rate, loop and seek_time may be changed
+while it plays. Services, all std_srvs/Trigger and named as those of rosbag2's player: ~/pause ~/resume
+~/toggle_paused ~/is_paused ~/play_next ~/seek ~/stop.
 """
 
 from __future__ import annotations
@@ -11,10 +14,10 @@ import math
 import signal
 import sys
 import threading
-import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+from .player import Player, check_rate
 from .start import StartError, import_rclpy, one_line
 
 NAME = "replay_node"
@@ -32,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         try:
-            Replay(rclpy.create_node(NAME)).run(stop)
+            Replay(rclpy.create_node(NAME), stop).run()
         except (ValueError, OSError, ImportError) as error:
             raise StartError(one_line(error)) from None
         finally:
@@ -44,32 +47,47 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 class Replay:
-    """One recording, its publishers, and the loop that sends what is due."""
+    """One recording, its publishers, and the services that command its player."""
 
-    def __init__(self, node: Any) -> None:
+    def __init__(self, node: Any, stop: threading.Event) -> None:
         from rb_physics.recording.log_reader import Recording
 
+        self._node, self._stop = node, stop
         declare = node.declare_parameter
         path = declare("recording", "").value
-        self._rate = float(declare("rate", 1.0).value)
-        self._start = round(float(declare("start", 0.0).value) * 1e9)
-        self._loop = bool(declare("loop", False).value)
+        rate = float(declare("rate", 1.0).value)
+        start = _nanoseconds("start", declare("start", 0.0).value)
+        loop, paused = bool(declare("loop", False).value), bool(declare("paused", False).value)
         with_inputs = bool(declare("inputs", False).value)
+        node.declare_parameter("seek_time", 0.0)
+        only = set(declare("topics", "").value.split())
+        excluded = set(declare("exclude_topics", "").value.split())
         if not path:
             raise ValueError("set the parameter recording to the folder of a recording")
-        if not 0.0 <= self._rate < math.inf:
-            raise ValueError(f"parameter rate is {self._rate}, but must be a finite number >= 0")
-        self._recording = Recording(path)
-        self._publishers: dict[str, Any] = {}
-        self._latched: set[str] = set()
-        topics = self._recording.attachments().get("topics.json")
-        if topics is None:
+        check_rate(rate)
+        recording = Recording(path)
+        content = recording.attachments().get("topics.json")
+        if content is None:
             raise ValueError(f"{path} was not made by rb_physics: replay it with ros2 bag play")
-        for topic in json.loads(topics):
-            if topic["direction"] == "out" or with_inputs:
-                self._create(node, topic)
+        topics = {t["name"]: t for t in json.loads(content)}
+        for name in sorted((only | excluded) - set(topics)):
+            raise ValueError(f"{path} has no topic {name}: `rb_physics info {path}` lists them")
+        self._publishers: dict[str, Any] = {}
+        latched: set[str] = set()
+        for name, topic in topics.items():
+            wanted = topic["direction"] == "out" or with_inputs
+            wanted = name in only if only else wanted
+            if wanted and name not in excluded and self._create(topic) == "transient_local":
+                latched.add(name)
+        self._player = Player(
+            recording, set(self._publishers), latched & set(self._publishers), self._publish,
+            rate=rate, start=start, loop=loop, paused=paused,
+        )  # fmt: skip
+        node.add_on_set_parameters_callback(self._check_parameters)
+        self._make_services()
 
-    def _create(self, node: Any, topic: dict[str, Any]) -> None:
+    def _create(self, topic: dict[str, Any]) -> str:
+        """Makes the publisher, if its message is installed; the durability."""
         from rb_physics.recording.topics import Qos
 
         from .conversions import message_class, qos_profile
@@ -78,44 +96,113 @@ class Replay:
         try:
             kind = message_class(topic["type"])
         except ImportError as error:
-            node.get_logger().info(f"{name} is not replayed: {error}")
-            return
-        self._publishers[name] = node.create_publisher(kind, name, qos_profile(qos))
-        if qos.durability == "transient_local":
-            self._latched.add(name)
+            self._node.get_logger().info(f"{name} is not replayed: {error}")
+            return ""
+        self._publishers[name] = self._node.create_publisher(kind, name, qos_profile(qos))
+        return qos.durability
 
-    def run(self, stop: threading.Event) -> None:
-        """Send everything; again and again with `loop`."""
-        while self._play(stop) and self._loop:
-            pass
+    def _publish(self, message: Any) -> None:
+        self._publishers[message.topic].publish(bytes(message.data))
+
+    def run(self) -> None:
+        """Play, with the services answered by a thread of their own."""
         from rclpy.duration import Duration
+        from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
-        for publisher in self._publishers.values():
-            publisher.wait_for_all_acked(Duration(seconds=FAREWELL))
+        executor = SingleThreadedExecutor()
+        executor.add_node(self._node)
 
-    def _play(self, stop: threading.Event) -> bool:
-        """Once from the start; False when it was stopped."""
-        begin: float | None = None
-        for message in self._recording.messages(set(self._publishers)):
-            if message.log_time < self._start:
-                if message.topic in self._latched:
-                    self._publishers[message.topic].publish(bytes(message.data))
-                continue
-            if begin is None:
-                begin, first = time.monotonic(), message.log_time
-            if self._rate > 0.0:
-                due = begin + (message.log_time - first) * 1e-9 / self._rate
-                _sleep_until(due, stop)
-            if stop.is_set():
-                return False
-            self._publishers[message.topic].publish(bytes(message.data))
-        return begin is not None
+        def spin() -> None:
+            try:
+                executor.spin()
+            except ExternalShutdownException:
+                pass
+
+        thread = threading.Thread(target=spin, name="replay_services", daemon=True)
+        thread.start()
+        try:
+            self._player.run(self._stop)
+            for publisher in self._publishers.values():
+                publisher.wait_for_all_acked(Duration(seconds=FAREWELL))
+        finally:
+            executor.shutdown(timeout_sec=1.0)
+            thread.join(1.0)
+
+    # -- commands ---------------------------------------------------------------------------------
+
+    def _make_services(self) -> None:
+        from std_srvs.srv import Trigger
+
+        calls: dict[str, Callable[[], tuple[bool, str]]] = {
+            "pause": lambda: self._pause(True),
+            "resume": lambda: self._pause(False),
+            "toggle_paused": lambda: self._pause(not self._player.paused),
+            "is_paused": lambda: (self._player.paused, self._where()),
+            "play_next": self._play_next,
+            "seek": self._seek,
+            "stop": self._end,
+        }
+        for name, call in calls.items():
+            self._node.create_service(Trigger, f"~/{name}", _answer(call))
+
+    def _where(self) -> str:
+        position = self._player.position
+        state = "paused" if self._player.paused else "playing"
+        return state if position is None else f"{state} at {position * 1e-9:.9g} s"
+
+    def _pause(self, paused: bool) -> tuple[bool, str]:
+        self._player.pause(paused)
+        return True, self._where()
+
+    def _play_next(self) -> tuple[bool, str]:
+        if self._player.play_next():
+            return True, "the next message is on its way"
+        return False, "it plays: call ~/pause first"
+
+    def _seek(self) -> tuple[bool, str]:
+        try:
+            moment = _nanoseconds("seek_time", self._node.get_parameter("seek_time").value)
+        except ValueError as error:
+            return False, str(error)
+        self._player.seek(moment)
+        return True, f"goes on from {moment * 1e-9:.9g} s"
+
+    def _end(self) -> tuple[bool, str]:
+        self._stop.set()
+        return True, "stopped"
+
+    def _check_parameters(self, parameters: Sequence[Any]) -> Any:
+        from rcl_interfaces.msg import SetParametersResult
+
+        fixed = {p.name for p in parameters} - {"rate", "loop", "seek_time"}
+        if fixed:
+            reason = f"{', '.join(sorted(fixed))} can't be changed while it plays"
+            return SetParametersResult(successful=False, reason=reason)
+        try:
+            for parameter in parameters:
+                if parameter.name == "rate":
+                    self._player.set_rate(float(parameter.value))
+                elif parameter.name == "loop":
+                    self._player.loop = bool(parameter.value)
+                else:
+                    _nanoseconds("seek_time", parameter.value)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
 
 
-def _sleep_until(due: float, stop: threading.Event) -> None:
-    """Not `stop.wait`: its lock could be held when the signal handler sets the event."""
-    while not stop.is_set() and (left := due - time.monotonic()) > 0.0:
-        time.sleep(min(left, 0.1))
+def _answer(call: Callable[[], tuple[bool, str]]) -> Callable[[Any, Any], Any]:
+    def respond(_: Any, response: Any) -> Any:
+        response.success, response.message = call()
+        return response
+
+    return respond
+
+
+def _nanoseconds(name: str, seconds: float) -> int:
+    if not (math.isfinite(seconds) and 0.0 <= seconds < 9e9):
+        raise ValueError(f"parameter {name} is {seconds}, but must be a time in s, not negative")
+    return round(seconds * 1e9)
 
 
 if __name__ == "__main__":

@@ -9,19 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import BodyDescription
-from .palette import typical_radius
+from .palette import ForceArrows, typical_radius
 
 BLUEPRINTS = ("overview", "contact", "debug")
 _TRAIL = 1.0  # s of trajectory behind each body
 
 
-def blueprint(name: str, bodies: Sequence[BodyDescription], poses: NDArray) -> Any:
+def blueprint(
+    name: str, bodies: Sequence[BodyDescription], poses: NDArray, arrows: ForceArrows
+) -> Any:
     """overview: scene, energy, forces. contact: the scene large, forces and log. debug: all plots."""
     import rerun.blueprint as rrb
 
     scene = rrb.Spatial3DView(
         origin="/world",
-        name="scene",
+        name=_scene_name(arrows, all(body.friction is not None for body in bodies)),
         eye_controls=_eye(bodies, poses),
         line_grid=rrb.LineGrid3D(visible=False),
         background=(248, 249, 251, 255),
@@ -53,6 +55,12 @@ def blueprint(name: str, bodies: Sequence[BodyDescription], poses: NDArray) -> A
         auto_views=False,
         auto_layout=False,
     )
+
+
+def _scene_name(arrows: ForceArrows, colored: bool) -> str:
+    """With what can't be read off the arrows: their scale, and what their colours mean."""
+    text = f"scene: force arrows 1 m = {1 / arrows.scale:.3g} N, above {arrows.knee:.3g} N as log"
+    return text + ("; contacts by friction used, teal 0 to red 1" if colored else "")
 
 
 def _plot(entity: str, name: str) -> Any:

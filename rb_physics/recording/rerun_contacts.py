@@ -34,11 +34,12 @@ class ContactEntities:
         self._decode = PointCloudDecoder()
         self._batch: Batch[NDArray] = Batch(batch, self._send)
         radius = 0.035 * typical_radius(bodies)
-        log = recording.log
-        points = rerun.Points3D.from_fields(colors=[FORCE], radii=[1.5 * radius])
-        log("world/contact_points", points, static=True)
-        forces = rerun.Arrows3D.from_fields(colors=[FORCE], radii=[radius])
-        log("world/contact_forces", forces, static=True)
+        # What is logged as static hides what comes with time.
+        color = {} if known else {"colors": [FORCE]}
+        points = rerun.Points3D.from_fields(radii=[1.5 * radius], **color)
+        recording.log("world/contact_points", points, static=True)
+        forces = rerun.Arrows3D.from_fields(radii=[radius], **color)
+        recording.log("world/contact_forces", forces, static=True)
 
     def add(self, time_ns: int, data: bytes) -> NDArray:
         """One message of ~/contacts; its rows."""

@@ -143,7 +143,7 @@ class RerunLog:
         self.flush()
         self._bodies = bodies = from_json(decoders.decode_string(data))
         colors = body_colors(bodies)
-        arrows = ForceArrows.of(bodies, self._gravity)
+        self._arrows = arrows = ForceArrows.of(bodies, self._gravity)
         self._row_of = {b.name: row for row, b in enumerate(bodies)}
         plotted = plotted_bodies(bodies)
         moving = [row for row, b in enumerate(bodies) if b.type != "static"]
@@ -170,7 +170,7 @@ class RerunLog:
             self._shapes = ShapeEntities(self._rec, self._bodies, poses)
             if not self._has_blueprint:
                 self._has_blueprint = True
-                arrangement = blueprint(self._layout, self._bodies, poses)
+                arrangement = blueprint(self._layout, self._bodies, poses, self._arrows)
                 self._rec.send_blueprint(arrangement, make_active=True, make_default=True)
         self._samples.add(time_ns, poses)
         if self._applied is not None:

@@ -5,8 +5,11 @@ import time
 import pytest
 from geometry_msgs.msg import PoseArray
 from harness import NodeProcess, parameters, wait_for
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 import rb_physics as rb
 from rb_physics.recording import Recorder
@@ -87,3 +90,47 @@ def test_errors_are_one_sentence(replay, recording, values, words):
     (line,) = [text for text in node.output.splitlines() if text.startswith("replay_node: ")]
     assert words in line
     assert "Traceback" not in node.output
+
+
+def test_services_and_filters(client, replay, recording):
+    node = replay(
+        recording=recording,
+        rate=0.0,
+        paused=True,
+        topics="/clock /sim_node/poses",
+        exclude_topics="/clock",
+    )
+    poses = client.collect(PoseArray, "/sim_node/poses")
+
+    def call(name):
+        return client.call(Trigger, f"/replay_node/{name}")
+
+    assert call("is_paused").success
+    assert client.node.count_publishers("/clock") == 0
+    assert call("play_next").success
+    wait_for(lambda: len(poses) == 1, "the first message")
+    assert seconds(poses[0].header.stamp) == 0.0
+    request = SetParameters.Request(
+        parameters=[Parameter("seek_time", value=0.5).to_parameter_msg()]
+    )
+    assert client.call(SetParameters, "/replay_node/set_parameters", request).results[0].successful
+    assert call("seek").success
+    assert call("play_next").success
+    wait_for(lambda: len(poses) == 2, "the message after the seek")
+    assert seconds(poses[1].header.stamp) == 0.5
+    request = SetParameters.Request(parameters=[Parameter("rate", value=-3.0).to_parameter_msg()])
+    (refused,) = client.call(SetParameters, "/replay_node/set_parameters", request).results
+    assert not refused.successful
+    assert "rate is -3.0" in refused.reason
+    assert call("resume").success
+    wait_for(lambda: len(poses) == 52, "the rest")
+    assert node.wait() == 0
+
+
+def test_stop_ends_it_and_unknown_topics_are_named(client, replay, recording):
+    node = replay(recording=recording, rate=1.0, loop=True)
+    assert client.call(Trigger, "/replay_node/stop").success
+    assert node.wait() == 0
+    node = replay(recording=recording, topics="/nowhere")
+    assert node.wait() == 2
+    assert "has no topic /nowhere" in node.output
