@@ -9,6 +9,7 @@ while it plays. Services, all std_srvs/Trigger and named as those of rosbag2's p
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import signal
@@ -113,10 +114,8 @@ class Replay:
         executor.add_node(self._node)
 
         def spin() -> None:
-            try:
+            with contextlib.suppress(ExternalShutdownException):
                 executor.spin()
-            except ExternalShutdownException:
-                pass
 
         thread = threading.Thread(target=spin, name="replay_services", daemon=True)
         thread.start()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from .initial_bodies import MATERIAL
 from .mcap_log import RecordingError
 from .recorder import Recorder
 from .replay import Repetition, Run
@@ -64,16 +66,15 @@ def branch(
         repetition.advance(first)
     scene = run.scene()
     world = scene.build(**(run.settings | settings))
-    if [body.name for body in world.bodies] != [body.name for body in repetition.world.bodies]:
-        raise RecordingError(
-            f"bodies were added or removed before {start:g} s: a branch can start where the bodies "
-            "are those of the scene"
-        )
-    world.restore(repetition.world.save())
+    changes = _changes(world, repetition)
+    if changes:
+        world.step_count = repetition.world.step_count
+    else:
+        world.restore(repetition.world.save())
     with Recorder(
         world, directory, scene=scene, node_name=run.notes["node_name"], rerun=rerun,
         custom_data={"branch_of": run.log.directory.name, "branch_start": repr(start)},
-        initial=run.initial,
+        initial=run.initial, first=changes, log_start=run.first_step + first,
     ) as recorder:  # fmt: skip
         for wrench in wrenches:
             recorder.perform("apply_wrench", body=wrench.body, force=wrench.force,
@@ -88,3 +89,23 @@ def branch(
             if progress is not None:
                 progress(step + 1 - first, last - first, dt)
     return last - first
+
+
+def _changes(world: Any, repetition: Repetition) -> list[tuple[str, dict[str, Any]]]:
+    """Operations that give a new world of the scene the bodies, surfaces and state of the branch's
+    start; none where the bodies are those of the scene.
+    """
+    now, added = repetition.world, repetition.added
+    changes: list[tuple[str, dict[str, Any]]] = []
+    for body in world.bodies:
+        if body.name in added or body.name not in now:
+            changes.append(("remove_body", {"body": body.name}))
+    changes += [("add_body", {"description": description}) for description in added.values()]
+    for body in now.bodies:
+        surface = {name: getattr(body, name) for name in MATERIAL}
+        known = world[body.name] if body.name in world and body.name not in added else None
+        if known is None or surface != {name: getattr(known, name) for name in MATERIAL}:
+            changes.append(("change_body", {"body": body.name, **surface}))
+    if changes:
+        changes.append(("restore", {"snapshot": base64.b64encode(now.save()).decode()}))
+    return changes

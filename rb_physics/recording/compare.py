@@ -63,7 +63,8 @@ def compare(first: str | Path, second: str | Path) -> Comparison:
     """Raises RecordingError when they have no time or no body in common."""
     a, b = read_tables(first), read_tables(second)
     common = [name for name in a.bodies if name in b.bodies]
-    missing = [n for n in (*a.bodies, *b.bodies) if n not in common]
+    in_a, in_b = _present(a, b), _present(b, a)
+    missing = [n for n in (*a.bodies, *b.bodies) if (n in in_a) != (n in in_b)]
     results = []
     start, end = np.inf, -np.inf
     for name in common:
@@ -86,6 +87,15 @@ def compare(first: str | Path, second: str | Path) -> Comparison:
     if not results:
         raise RecordingError(f"{first} and {second} have no poses of one body at one time")
     return Comparison(tuple(results), float(start), float(end), tuple(missing))
+
+
+def _present(tables: Tables, other: Tables) -> set[str]:
+    """Bodies with poses in the time that both recordings cover."""
+    times = other.poses["time"]
+    if not len(times):
+        return set()
+    inside = (tables.poses["time"] >= times.min()) & (tables.poses["time"] <= times.max())
+    return {tables.bodies[row] for row in np.unique(tables.poses["body"][inside])}
 
 
 def _matched(a: Tables, b: Tables, name: str) -> tuple[NDArray, NDArray, NDArray]:

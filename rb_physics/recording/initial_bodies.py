@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-_MATERIAL = (
+MATERIAL = (
     "friction", "static_friction", "restitution", "rolling_friction", "spinning_friction",
 )  # fmt: skip
 
@@ -25,7 +25,7 @@ class InitialBodies:
             for body in present[len(self._bodies) :]:
                 world.remove(body)
             for body, recipe in zip(self._bodies, self._recipes, strict=True):
-                body.set_material(**{field: recipe[field] for field in _MATERIAL})
+                body.set_material(**{field: recipe[field] for field in MATERIAL})
             return
         for body in reversed(present):
             world.remove(body)
@@ -37,7 +37,7 @@ def _recipe(body: Any) -> dict[str, Any]:
     from .. import Particle
 
     recipe: dict[str, Any] = {"shape": body.shape, "type": body.type, "name": body.name}
-    recipe |= {field: getattr(body, field) for field in _MATERIAL}
+    recipe |= {field: getattr(body, field) for field in MATERIAL}
     recipe |= {"position": body.position, "orientation": body.orientation}
     recipe["frames"] = dict(body.frames)
     if body.type == "dynamic":

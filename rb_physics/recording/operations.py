@@ -26,6 +26,7 @@ Both resets take keep_spawned (False): bodies added since stay, in the state the
 
 from __future__ import annotations
 
+import base64
 import json
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -35,7 +36,7 @@ import numpy as np
 from .initial_bodies import InitialBodies
 
 CHANGE_BODIES = ("add_body", "remove_body", "reset", "reset_state")  # the set of bodies may change
-RESETS = ("reset", "reset_state", "reset_time")
+RESETS = ("reset", "reset_state", "reset_time", "restore")  # time or state jumps
 _STATE = ("position", "orientation", "linear_velocity", "angular_velocity")
 
 
@@ -112,6 +113,11 @@ class Operations:
             setattr(target, key, value)
 
     @property
+    def descriptions(self) -> dict[str, dict[str, Any]]:
+        """Of the bodies added since the start, by name in their order."""
+        return dict(self._spawned)
+
+    @property
     def spawned(self) -> tuple[str, ...]:
         """Names of the bodies added since the start, in their order."""
         return tuple(self._spawned)
@@ -143,6 +149,9 @@ class Operations:
         self._reset(keep_spawned)
         self._world.step_count = steps
 
+    def _restore(self, snapshot: str) -> None:
+        self._world.restore(base64.b64decode(snapshot, validate=True))
+
 
 _METHODS: dict[str, Callable[..., None]] = {
     "apply_wrench": Operations._apply_wrench,
@@ -156,6 +165,7 @@ _METHODS: dict[str, Callable[..., None]] = {
     "remove_body": Operations._remove_body,
     "reset": Operations._reset,
     "reset_state": Operations._reset_state,
+    "restore": Operations._restore,
     "reset_time": Operations._reset_time,
 }
 

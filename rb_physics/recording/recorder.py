@@ -6,6 +6,7 @@ import hashlib
 import json
 import platform
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
@@ -68,6 +69,8 @@ class Recorder:
         snapshot_interval: float = 5.0,
         custom_data: dict[str, str] | None = None,
         initial: bytes | None = None,
+        first: Sequence[tuple[str, Mapping[str, Any]]] = (),
+        log_start: int | None = None,
         **log_options: Any,
     ) -> None:
         """Args:
@@ -78,6 +81,8 @@ class Recorder:
             snapshot_interval: s of simulated time.
             custom_data: further notes.
             initial: the snapshot `reset` goes back to; None: the present state.
+            first: operations (name, arguments) that are performed before the first outputs.
+            log_start: steps of log time at the start; None: as many as the world has made.
             log_options: those of `McapLog` (compression, policy, split_bytes, ...).
 
         Raises RecordingError, TopicError.
@@ -101,6 +106,9 @@ class Recorder:
         folder = Path(directory)
         attachments = [Attachment("topics.json", "application/json", _topics_text(self.outputs))]
         notes = _notes(world, scene, node_name) | (custom_data or {})
+        if log_start is not None:
+            notes["first_step"] = str(log_start)
+            self._time_offset = round(log_start * world.settings.dt * 1e9) - round(world.time * 1e9)
         if scene is not None:
             text = scene.to_yaml().encode()
             attachments.insert(0, Attachment("scene.yaml", "application/yaml", text))
@@ -127,7 +135,7 @@ class Recorder:
         self._hash_due_ns, self._hash_due_wall = 0.0, 0.0
         self._snapshot_ns = snapshot_interval * 1e9
         self._register_topics()
-        self._write_start()
+        self._write_start(first)
 
     # -- the run ----------------------------------------------------------------------------------
 
@@ -268,12 +276,14 @@ class Recorder:
             self._ids[name] = self._log.add_topic(name, type_name, qos, essential)
             self._contents.append(content)
 
-    def _write_start(self) -> None:
+    def _write_start(self, first: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
         now = self._now()
-        entries = self._description(now)
-        entries += [self._entry(n, now, d) for n, d in self.outputs.collect(everything=True)]
-        entries.append(self._snapshot(now))
-        self._write(entries)
+        self._write([*self._description(now), self._snapshot(now)])
+        for name, arguments in first:
+            self.perform(name, **arguments)
+        now = self._now()
+        outputs = self.outputs.collect(everything=True)
+        self._write([self._entry(name, now, data) for name, data in outputs])
 
     def _description(self, now: int) -> list[Entry]:
         """What the bodies are: for views, and what viewers need from latched topics."""

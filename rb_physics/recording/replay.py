@@ -129,7 +129,7 @@ class Run:
 
     @property
     def first_step(self) -> int:
-        """`World.step_count` at the start of the recording."""
+        """Steps of log time before the start of the recording."""
         return int(self.notes["first_step"])
 
     def scene(self) -> Scene:
@@ -177,6 +177,11 @@ class Repetition:
     def pending(self) -> list[Operation]:
         """The logged changes that are still to come, the next one last."""
         return list(self._pending)
+
+    @property
+    def added(self) -> dict[str, dict[str, Any]]:
+        """Descriptions of the bodies added since the start, by name in their order."""
+        return self._operations.descriptions
 
     def _perform(self, operation: Operation) -> None:
         try:

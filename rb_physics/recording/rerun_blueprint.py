@@ -24,7 +24,7 @@ def blueprint(
     scene = rrb.Spatial3DView(
         origin="/world",
         name=_scene_name(arrows, all(body.friction is not None for body in bodies)),
-        eye_controls=_eye(bodies, poses),
+        eye_controls=_eye(bodies, poses, 0.8 if name == "contact" else 1.25),
         line_grid=rrb.LineGrid3D(visible=False),
         background=(248, 249, 251, 255),
         overrides={"/world/trajectories": _trail()},
@@ -80,8 +80,8 @@ def _trail() -> Any:
     )
 
 
-def _eye(bodies: Sequence[BodyDescription], poses: NDArray) -> Any:
-    """Looks at the moving bodies from the front, right and above."""
+def _eye(bodies: Sequence[BodyDescription], poses: NDArray, away: float) -> Any:
+    """Looks at the moving bodies from the front, right and above, `away` times their extent."""
     import rerun.blueprint as rrb
 
     moving = [row for row, body in enumerate(bodies) if body.type != "static"]
@@ -90,7 +90,7 @@ def _eye(bodies: Sequence[BodyDescription], poses: NDArray) -> Any:
     low, high = places.min(axis=0) - margin, places.max(axis=0) + margin
     low[2] = min(low[2], 0.0) if high[2] < 20 * margin + low[2] else low[2]
     target = (low + high) / 2
-    distance = 1.25 * float(np.linalg.norm(high - low)) + 2 * margin
+    distance = away * float(np.linalg.norm(high - low)) + 2 * margin
     direction = np.array([0.45, -1.0, 0.42])
     position = target + distance * direction / np.linalg.norm(direction)
     return rrb.EyeControls3D(position=position, look_target=target, eye_up=(0, 0, 1))

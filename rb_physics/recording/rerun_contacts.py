@@ -35,7 +35,7 @@ class ContactEntities:
         self._batch: Batch[NDArray] = Batch(batch, self._send)
         radius = 0.035 * typical_radius(bodies)
         # What is logged as static hides what comes with time.
-        color = {} if known else {"colors": [FORCE]}
+        color: dict[str, Any] = {} if known else {"colors": [FORCE]}
         points = rerun.Points3D.from_fields(radii=[1.5 * radius], **color)
         recording.log("world/contact_points", points, static=True)
         forces = rerun.Arrows3D.from_fields(radii=[radius], **color)

@@ -87,15 +87,44 @@ def test_impossible_branches_say_so(run, tmp_path, start, until, settings, words
     assert not (tmp_path / "branch").exists()
 
 
-def test_branch_after_bodies_changed_is_refused(tmp_path):
+def guest(name: str, x: float) -> dict:
+    shape = {"type": "box", "half_extents": [0.1, 0.1, 0.1]}
+    return {"name": name, "shape": shape, "mass": 1.0, "position": [x, 0.5, 0.2]}
+
+
+@pytest.mark.parametrize("start", [0.04, 0.1, 0.14, 0.2, 0.3])
+def test_a_branch_after_bodies_came_and_went_repeats_the_recording(tmp_path, start):
     scene = rb.Scene.from_yaml(SCENE)
     world = scene.build()
-    with Recorder(world, tmp_path / "run", scene=scene) as recorder:
-        recorder.perform("remove_body", body="ball")
-        world.step(10)
-        recorder.after_step()
-    with pytest.raises(RecordingError, match="added or removed before"):
-        branch(tmp_path / "run", tmp_path / "branch", 0.01)
+    with Recorder(world, tmp_path / "run", scene=scene, snapshot_interval=0.06) as recorder:
+        for step in range(200):
+            if step == 20:
+                recorder.perform("add_body", description=guest("crate", 0.5))
+                recorder.perform("remove_body", body="ball")
+            if step == 30:
+                recorder.perform(
+                    "add_body", description=guest("ball", -0.5)
+                )  # another of that name
+                recorder.perform("change_body", body="box", friction=0.1)
+            if step == 60:
+                recorder.perform("remove_body", body="crate")
+                recorder.perform("apply_wrench", body="box", force=(4, 0, 0))
+            if step == 90:
+                recorder.perform("reset", keep_spawned=True)
+            if step == 120:
+                recorder.perform("add_body", description=guest("late", 2.0))
+            if step == 160:
+                recorder.perform("reset_state")
+            world.step()
+            recorder.after_step()
+    run = tmp_path / "run"
+    assert verify(run).difference is None
+    steps = branch(run, tmp_path / "branch", start, rerun="off")
+    a, b = Run(run), Run(tmp_path / "branch")
+    assert steps == len(b.hashes) == 200 - round(start / 0.002)
+    assert b.hashes.tolist() == a.hashes[-steps:].tolist()
+    assert verify(tmp_path / "branch").difference is None
+    assert compare(run, tmp_path / "branch").text.endswith("identical poses")
 
 
 def test_tables_hold_what_was_published(run):

@@ -20,7 +20,11 @@ def world_of_a_grip():
         "rim": ((0.0, 0.0, 0.1), (0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)))})  # fmt: skip
     for name, side in (("left", -1), ("right", 1)):
         finger = world.add_body(
-            rb.Box((0.02, 0.02, 0.02)), mass=0.1, name=name, position=(0.07 * side, 0, 0.15), friction=1.0
+            rb.Box((0.02, 0.02, 0.02)),
+            mass=0.1,
+            name=name,
+            position=(0.07 * side, 0, 0.15),
+            friction=1.0,
         )
         finger.apply_wrench(force=(-6.0 * side, 0, 1.0))  # presses, and carries its own weight
     return world
@@ -93,7 +97,9 @@ def test_no_impulse_of_a_pair_is_lost_when_bodies_come_and_go_in_between():
     world = rb.World(gravity=(0, 0, -10), dt=1e-3)
     world.add_body(rb.HalfSpace((0, 0, 1), 0), type="static", name="ground")
     world.add_body(rb.Sphere(0.1), mass=9.0, name="bystander", position=(5, 0, 0.1))
-    ball = world.add_body(rb.Sphere(0.1), mass=1.0, name="ball", position=(0, 0, 0.4), restitution=0.8)
+    ball = world.add_body(
+        rb.Sphere(0.1), mass=1.0, name="ball", position=(0, 0, 0.4), restitution=0.8
+    )
     outputs = outputs_of(
         world,
         f"name: ~/bodies/NAME/contact_wrench, content: contact_wrench, {WRENCH}, bodies: [ball], frame: world",
@@ -113,7 +119,9 @@ def test_no_impulse_of_a_pair_is_lost_when_bodies_come_and_go_in_between():
         messages = dict(outputs.collect())
         if "/sim_node/bodies/ball/contact_wrench" in messages:
             for name in total:
-                total[name] += read(messages.items(), f"bodies/ball/{name}")[0][2] * (world.time - last)
+                total[name] += read(messages.items(), f"bodies/ball/{name}")[0][2] * (
+                    world.time - last
+                )
             last = world.time
     gained = 1.0 * ball.linear_velocity[2] + 10.0 * world.time
     assert gained > 5.0  # it bounced
