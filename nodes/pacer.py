@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 
 MAX_LAG = 0.25  # s of wall time the simulation may run after before it gives the debt up
+MARGIN = 1e-4  # s before a deadline in which nothing else is begun
 LONGEST_SLEEP = 0.02  # s, so that commands and shutdown are seen soon with long steps
 WAKE_HISTORY = 8192  # wake errors kept for the percentiles
 
@@ -40,17 +42,20 @@ class Pacer:
         self._anchor = time.monotonic()
         self._first = step
 
-    def wait(self, step: int) -> int:
+    def wait(self, step: int, meanwhile: Callable[[float], None] = lambda end: None) -> int:
         """Sleep until step number `step` is due; return how many steps are (0: look again).
 
-        With factor 0 there are no deadlines and the answer is always a large number.
+        `meanwhile` is called first, with the time until which it may work. With factor 0 there are
+        no deadlines and the answer is always a large number.
         """
         if self._period == 0.0:
             return 1 << 30
         deadline = self._anchor + (step + 1 - self._first) * self._period
         now = time.monotonic()
-        slept = deadline > now
-        if slept:
+        if deadline > now:
+            meanwhile(deadline - MARGIN)
+            now = time.monotonic()
+        if deadline > now:
             time.sleep(min(deadline - now, LONGEST_SLEEP))
             now = time.monotonic()
             if now < deadline:

@@ -33,6 +33,12 @@ class Sender(Protocol):
     def stepped(self, world: Any) -> None:
         """Steps were made: send what is due."""
 
+    def send_until(self, deadline: float) -> None:
+        """Send what still waits, as long as time.monotonic() is before `deadline`."""
+
+    def flush(self) -> None:
+        """Send all that still waits."""
+
     def idle(self, world: Any) -> None:
         """Nothing moves: see to newcomers."""
 
@@ -87,6 +93,7 @@ class PhysicsLoop:
                 self._receive()
                 allowed = self._steps_allowed()
                 if allowed > 0:
+                    self._receive()  # what came while waiting
                     self._advance(allowed)
         except BaseException as error:  # reported by the main thread, which ends the process
             self.error = error
@@ -125,7 +132,7 @@ class PhysicsLoop:
                 return 1
             self._rest()
             return 0
-        return self._pacer.wait(self.step)
+        return self._pacer.wait(self.step, self._sender.send_until)
 
     def _rest(self) -> None:
         self._sender.idle(self.world)
@@ -155,6 +162,8 @@ class PhysicsLoop:
         if inputs.lockstep is not None:
             inputs.lockstep.next_step()
         self._sender.stepped(world)
+        if self._ordered is not None or inputs.lockstep is not None or self._pacer.factor == 0.0:
+            self._sender.flush()
         if self._ordered is not None and self.step >= self._ordered_until:
             self._end_ordered(True, f"at step {self.step}, time {world.time:.9g} s")
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import time
+from collections import deque
 from typing import Any
 
 from rclpy.duration import Duration
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 
@@ -17,23 +21,57 @@ from rb_physics.recording.topics import Topic
 from .conversions import message_class, qos_profile
 
 CLOCK_REPEAT = 1.0  # s of wall time between repetitions of /clock while time stands still
+LOOK, LOOK_AGAIN = 0.05, 1.0  # s between looks for subscribers: while there are none, and some
+AT_ONCE = 12  # messages after one step that may be sent before the next one
 FAREWELL = 0.5  # s of wall time at most to wait for readers at the end
 OPERATIONS_DEPTH = 1000  # messages of ~/operations a slow reader may lag behind
 
 
+class _Output:
+    """A publisher that is quiet while nobody listens."""
+
+    def __init__(self, publisher: Publisher, topic: Topic) -> None:
+        self.publisher = publisher
+        self.per_body = topic.body is not None
+        self.last: bytes | None = None
+        self._latched = topic.qos.durability == "transient_local"
+        self._listeners = 0
+        self._next_look = 0.0
+
+    def send(self, data: bytes, now: float) -> None:
+        """Publish, if there are subscribers or the middleware keeps the message for later ones."""
+        self.last = data
+        if now >= self._next_look:
+            self._listeners = self.publisher.get_subscription_count()
+            self._next_look = now + (LOOK if self._listeners == 0 else LOOK_AGAIN)
+        if self._listeners > 0 or self._latched:
+            self.publisher.publish(data)
+
+    def greet(self) -> bool:
+        """Send the last message again if there are new subscribers; whether there were."""
+        before, self._listeners = self._listeners, self.publisher.get_subscription_count()
+        if self._listeners <= before or self.last is None:
+            return False
+        self.publisher.publish(self.last)
+        return True
+
+
 class Publishing:
-    """Publishes what is due as the very bytes that are logged (the Sender of PhysicsLoop)."""
+    """Publishes what is due as the very bytes that are logged (the Sender of PhysicsLoop).
+
+    Topics of single bodies wait in a queue for the time that is left until the next step: a hundred
+    of them at once would make it late.
+    """
 
     def __init__(self, node: Node, world: Any, recorder: Recorder) -> None:
         self._node = node
         self._world = world
         self._started = False
         self._repeat_clock = 0.0
-        self._clocks = {t.name for t in recorder.outputs.topics if t.content == "clock"}
+        self._clocks = [t.name for t in recorder.outputs.topics if t.content == "clock"]
         self._recorder = recorder
-        self._publishers: dict[str, Any] = {}
-        self._last: dict[str, bytes] = {}
-        self._subscribers: dict[str, int] = {}
+        self._outputs: dict[str, _Output] = {}
+        self._waiting: deque[tuple[_Output, bytes]] = deque()
         self._missing: set[str] = set()
         self.fit()
         self._operations = node.create_publisher(
@@ -42,13 +80,12 @@ class Publishing:
 
     def fit(self) -> None:
         """A publisher for each output topic; called again when bodies were added or removed."""
+        self.flush()
         wanted = {t.name: t for t in self._recorder.outputs.topics if t.direction == "out"}
-        for name in [name for name in self._publishers if name not in wanted]:
-            self._node.destroy_publisher(self._publishers.pop(name))
-            self._last.pop(name, None)
-            self._subscribers.pop(name, None)
+        for name in [name for name in self._outputs if name not in wanted]:
+            self._node.destroy_publisher(self._outputs.pop(name).publisher)
         for name, topic in wanted.items():
-            if name not in self._publishers and name not in self._missing:
+            if name not in self._outputs and name not in self._missing:
                 self._create(topic)
 
     def _create(self, topic: Topic) -> None:
@@ -58,9 +95,18 @@ class Publishing:
             self._missing.add(topic.name)
             self._node.get_logger().info(f"{topic.name} is logged but not published: {error}")
             return
-        self._publishers[topic.name] = self._node.create_publisher(
-            kind, topic.name, qos_profile(topic.qos)
+        publisher = self._node.create_publisher(
+            kind,
+            topic.name,
+            qos_profile(topic.qos),
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
         )
+        self._outputs[topic.name] = _Output(publisher, topic)
+
+    @property
+    def publishers(self) -> list[Publisher]:
+        """Those of all output topics."""
+        return [output.publisher for output in list(self._outputs.values())]
 
     def start(self, world: Any) -> None:
         """Send the whole state: at the start of a run, after a reset and when bodies come or go."""
@@ -88,36 +134,59 @@ class Publishing:
             self._recorder.write_input(topic.name, data)
 
     def stepped(self, world: Any) -> None:
-        """Send what is due after steps."""
+        """Send what is due after steps; `flush` or `send_until` send the rest."""
         self._publish(self._recorder.after_step())
+
+    def send_until(self, deadline: float) -> None:
+        """Send what still waits, as long as time.monotonic() is before `deadline`."""
+        waiting = self._waiting
+        while waiting and (now := time.monotonic()) < deadline:
+            output, data = waiting.popleft()
+            output.send(data, now)
+
+    def flush(self) -> None:
+        """Send all that still waits."""
+        self.send_until(math.inf)
 
     def idle(self, world: Any) -> None:
         """While nothing moves: show newcomers the last messages, and repeat /clock every second."""
+        self.flush()
         now = time.monotonic()
-        repeat = now >= self._repeat_clock
-        if repeat:
+        for output in self._outputs.values():
+            output.greet()
+        if now >= self._repeat_clock:
             self._repeat_clock = now + CLOCK_REPEAT
-        for name, data in self._last.items():
-            count = self._publishers[name].get_subscription_count()
-            if count > self._subscribers.get(name, 0) or (repeat and name in self._clocks):
-                self._publishers[name].publish(data)
-            self._subscribers[name] = count
+            for name in self._clocks:
+                data = self._outputs[name].last
+                if data is not None:
+                    self._outputs[name].send(data, now)
 
     def finish(self) -> None:
         """Let readers get the last messages before the node goes."""
+        self.flush()
         end = time.monotonic() + FAREWELL
-        for name in self._last:
+        for output in self._outputs.values():
             left = max(0.0, end - time.monotonic())
-            self._publishers[name].wait_for_all_acked(Duration(seconds=left))
+            output.publisher.wait_for_all_acked(Duration(seconds=left))
 
     def destroy(self, node: Node) -> None:
         """Take the publishers away."""
-        for publisher in (*self._publishers.values(), self._operations):
-            node.destroy_publisher(publisher)
+        for output in self._outputs.values():
+            node.destroy_publisher(output.publisher)
+        node.destroy_publisher(self._operations)
 
     def _publish(self, messages: list[tuple[str, bytes]]) -> None:
+        if not messages:
+            return
+        now = time.monotonic()
+        several = len(messages) > AT_ONCE
+        if several and self._waiting:
+            self.flush()  # the last ones of each topic come first
         for name, data in messages:
-            publisher = self._publishers.get(name)
-            if publisher is not None:
-                publisher.publish(data)
-                self._last[name] = data
+            output = self._outputs.get(name)
+            if output is None:
+                continue
+            if several and output.per_body:
+                self._waiting.append((output, data))
+            else:
+                output.send(data, now)

@@ -105,7 +105,9 @@ class Simulator:
             save=self._save,
             spawned=lambda: self.recorder.spawned,
         )
-        self._subscribing = Subscribing(self._node, self.inputs, self.loop.commands)
+        self._subscribing = Subscribing(
+            self._node, self.inputs, self.loop.commands, lambda: self.publishing.publishers
+        )
         self._services: list[Any] = [Services(self._node, self.loop.commands)]
         messages = load_messages()
         if messages is not None:

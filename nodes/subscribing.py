@@ -8,11 +8,14 @@ subscriptions only, and every wake-up takes all that has arrived, as raw bytes.
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
 from rb_physics.recording.topics import Topic
@@ -44,7 +47,13 @@ class Subscribing:
     Raises ImportError when a topic's type is not installed.
     """
 
-    def __init__(self, node: Node, inputs: Inputs, commands: CommandQueue) -> None:
+    def __init__(
+        self,
+        node: Node,
+        inputs: Inputs,
+        commands: CommandQueue,
+        publishers: Callable[[], list[Publisher]],
+    ) -> None:
         self._node = node
         self._inputs = inputs
         self._commands = commands
@@ -57,7 +66,7 @@ class Subscribing:
         # A subscription must not be destroyed while it is waited for: this ends the wait.
         self._guard = node.create_guard_condition(lambda: None, callback_group=self._group)
         self.fit()
-        self._watch = GraphWatch(node, lambda: list(self._subscriptions.values()))
+        self._watch = GraphWatch(node, lambda: [*self._subscriptions.values(), *publishers()])
         self._thread = threading.Thread(target=self._run, name="inputs", daemon=True)
 
     def fit(self) -> None:
@@ -72,19 +81,15 @@ class Subscribing:
         self._guard.trigger()
 
     def _create(self, topic: Topic) -> Subscription:
-        subscription = self._node.create_subscription(
+        return self._node.create_subscription(
             message_class(topic.type),
             topic.name,
             self._never_called,
             qos_profile(topic.qos),
             callback_group=self._group,
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
             raw=True,
         )
-        # A publisher with incompatible QoS is still reported by rclpy.
-        for handler in subscription.event_handlers:
-            handler.callback_group = self._node.default_callback_group
-            self._node.default_callback_group.add_entity(handler)
-        return subscription
 
     def start(self) -> None:
         """Begin to take messages."""

@@ -1,8 +1,9 @@
 """Namespaces, remaps, QoS that doesn't match, twins and crowds on the graph."""
 
 from geometry_msgs.msg import PoseArray, WrenchStamped
-from harness import NodeProcess, parameters, wait_for
+from harness import NodeProcess, operations_on, parameters, wait_for
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 WRENCH = "/sim_node/bodies/floater/wrench"
@@ -45,3 +46,37 @@ def test_a_node_of_the_same_name_is_reported(simulator):
         lambda: "another node is called /sim_node" in first.node.output + second.node.output,
         "a line about it",
     )
+
+
+def test_a_publisher_of_another_type_is_named(simulator):
+    sim = simulator()
+    sim.client.node.create_publisher(PoseArray, WRENCH, 10)
+    wait_for(
+        lambda: (
+            (
+                f"publisher /test_client on {WRENCH} is not heard: its type is "
+                "geometry_msgs/msg/PoseArray, the topic's is geometry_msgs/msg/WrenchStamped"
+            )
+            in sim.node.output
+        ),
+        "a line about it",
+    )
+
+
+def test_ten_publishers_on_one_body_are_reported_and_the_last_message_counts(simulator):
+    sim = simulator(wrench_timeout=-1.0)
+    operations = sim.client.collect(String, "/sim_node/operations")
+    publishers = [sim.client.publisher(WrenchStamped, WRENCH) for _ in range(10)]
+    message = WrenchStamped()
+    message.header.frame_id = "world"
+    for k in range(200):
+        message.wrench.force.x = float(k)
+        publishers[k % 10].publish(message)
+    wait_for(lambda: f"10 publishers on {WRENCH}" in sim.node.output, "a line about it")
+
+    def all_accounted_for():
+        applied = operations_on(operations, "apply_wrench")
+        return applied and applied[-1]["arguments"]["force"][0] >= 190.0 and applied
+
+    applied = wait_for(all_accounted_for, "the last messages to act")
+    assert {operation["arguments"]["source"] for operation in applied} == {0}  # none adds up

@@ -1,0 +1,53 @@
+"""Scenes and topic tables of the node's benchmarks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import yaml
+
+from rb_physics.recording.topics import default_topics_path
+
+COLUMN = ("box", "box", "box", "ball")  # what stands on what
+
+
+def write_scene(folder: Path, bodies: int, dt: float) -> Path:
+    """Columns of three boxes with a ball on top, and a probe that falls far away from them."""
+    listed: list[dict[str, object]] = [
+        {"name": "ground", "type": "static",
+         "shape": {"type": "half_space", "normal": [0, 0, 1], "offset": 0}},
+    ]  # fmt: skip
+    side = max(1, round((bodies / len(COLUMN)) ** 0.5))
+    for k in range(bodies):
+        column, level = divmod(k, len(COLUMN))
+        place = [0.5 * (column % side), 0.5 * (column // side), 0.1 + 0.2 * level]
+        if COLUMN[level] == "box":
+            shape: dict[str, object] = {"type": "box", "half_extents": [0.1, 0.1, 0.1]}
+        else:
+            shape = {"type": "sphere", "radius": 0.1}
+        listed.append({"name": f"body_{k}", "shape": shape, "mass": 1.0, "position": place})
+    listed.append(
+        {"name": "probe", "shape": {"type": "sphere", "radius": 0.1}, "mass": 1.0,
+         "position": [1000, 0, 100000]}
+    )  # fmt: skip
+    path = folder / f"columns_{bodies}.yaml"
+    path.write_text(yaml.safe_dump({"dt": dt, "bodies": listed}))
+    return path
+
+
+def pushed_bodies(count: int) -> list[str]:
+    """Boxes of the columns (a ball would roll away), and the probe at the end."""
+    boxes = [k for k in range(2 * count) if COLUMN[k % len(COLUMN)] == "box"]
+    return [f"body_{k}" for k in boxes[: count - 1]] + ["probe"]
+
+
+def write_topics(folder: Path, rate: float, everything: bool) -> Path:
+    """The packaged table with poses and contacts (or every output) at `rate` Hz."""
+    table = yaml.safe_load(default_topics_path().read_text())
+    for entry in table["topics"]:
+        fast = everything and entry["content"] not in ("diagnostics", "clock")
+        if "rate" in entry and (fast or entry["content"] in ("poses", "contacts")):
+            entry["rate"] = rate
+    path = folder / "topics.yaml"
+    path.write_text(yaml.safe_dump(table))
+    return path
