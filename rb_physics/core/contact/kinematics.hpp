@@ -64,6 +64,14 @@ struct ContactKinematics {
   Vec3 normal_rate = Vec3::Zero();  // N', 1/s
 };
 
+// How the contact itself moves while the bodies do, and what the relative velocity of the material
+// points gains from that motion alone (no forces): the centripetal terms of S10, as a vector.
+struct ContactDrift {
+  Vec3 point_rate;     // m/s, of the geometric contact point
+  Vec3 normal_rate;    // 1/s
+  Vec3 velocity_rate;  // m/s^2, world axes
+};
+
 ContactKinematics contact_kinematics(const ContactPoint& contact, const ContactSurface& surface_a,
                                      const BodyMotion& a, const ContactSurface& surface_b,
                                      const BodyMotion& b);

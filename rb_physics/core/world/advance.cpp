@@ -14,8 +14,15 @@
 
 namespace rb {
 
-IslandAdvance::IslandAdvance(World& world, std::span<const std::int32_t> rows)
-    : world_(world), rows_(rows) {
+IslandAdvance::IslandAdvance(World& world, std::span<const std::int32_t> rows,
+                             IslandWorkspace& work)
+    : world_(world), rows_(rows), work_(work) {
+  contacts.clear();
+  departed.clear();
+  pairs.clear();
+  partners_.clear();
+  partner_start_.clear();
+  shift_.clear();
   for (std::size_t k = 0; k < rows.size(); ++k)
     world.work.index_of[rows[k]] = static_cast<std::int32_t>(k);
   total_.resize(rows.size());
@@ -142,7 +149,7 @@ bool IslandAdvance::turning(double tau) const {
 // inertias of the midpoint, and in the bias what the relative velocity gains from the motion of the
 // contact itself until the end. Velocity and energy errors then are of second order in tau.
 void IslandAdvance::build_midpoint(const BodyIndex& index, double tau) {
-  StepWorkspace& work = world_.work;
+  IslandWorkspace& work = work_;
   const double half = 0.5 * tau;
   drifts_.clear();
   for (const std::int32_t i : active_) drifts_.push_back(contact_drift(world_, contacts[i]));
@@ -179,16 +186,35 @@ SolverSettings IslandAdvance::solver_settings() const {
   return settings;
 }
 
+// Whether any active contact may approach faster than rest explains: bodies at rest are spared the
+// building of a problem. It errs to the safe side by more than rounding.
+bool IslandAdvance::approaches() const {
+  constexpr double surely = 0.5;  // of the resting speed
+  return std::any_of(active_.begin(), active_.end(), [&](std::int32_t i) {
+    const Contact& c = contacts[i];
+    const Body& a = world_.bodies[c.body_a];
+    const Body& b = world_.bodies[c.body_b];
+    const Vec3 point = place_of(world_.bodies, c).point;
+    const double approach = -c.point.normal.dot(relative_velocity(a, b, point));
+    const auto reach = [&](const Body& body) {  // m/s, speeds the relative velocity is made of
+      return body.linear_velocity().cwiseAbs().maxCoeff() +
+             body.angular_velocity().cwiseAbs().maxCoeff() *
+                 (point - body.state.x).cwiseAbs().maxCoeff();
+    };
+    return !(approach <= surely * tolerance::resting_speed && reach(a) + reach(b) < 1e4);
+  });
+}
+
 void IslandAdvance::strike() {
-  StepWorkspace& work = world_.work;
+  IslandWorkspace& work = work_;
   bool struck = false;
   bool rebounds = false;
   active_.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (contacts[i].touching()) active_.push_back(static_cast<std::int32_t>(i));
   }
-  if (active_.empty()) return;
-  const BodyIndex index{rows_, &work.index_of};
+  if (active_.empty() || !approaches()) return;
+  const BodyIndex index{rows_, &world_.work.index_of};
   build_bodies(world_.bodies, index, work.problem);
   for (const std::int32_t i : active_) {
     const Contact& c = contacts[i];
@@ -242,14 +268,14 @@ void IslandAdvance::strike() {
 }
 
 void IslandAdvance::carry(double tau, bool far_too) {
-  StepWorkspace& work = world_.work;
+  IslandWorkspace& work = work_;
   for (std::size_t k = 0; k < rows_.size(); ++k) total_[k] = world_.applied[rows_[k]];
   active_.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (far_too || contacts[i].touching()) active_.push_back(static_cast<std::int32_t>(i));
   }
   if (active_.empty()) return;
-  const BodyIndex index{rows_, &work.index_of};
+  const BodyIndex index{rows_, &world_.work.index_of};
   ContactProblem& problem = work.problem;
   ContactSolution& solution = work.solution;
   build_bodies(world_.bodies, index, problem);
@@ -320,7 +346,7 @@ void IslandAdvance::carry(double tau, bool far_too) {
 }
 
 void IslandAdvance::book() {
-  const StepWorkspace& work = world_.work;
+  const IslandWorkspace& work = work_;
   for (std::size_t n = 0; n < active_.size(); ++n) {
     Contact& c = contacts[active_[n]];
     const ContactConstraint& k = work.problem.contacts[n];
@@ -347,11 +373,11 @@ void IslandAdvance::move(double tau) {
 
 void IslandAdvance::find_again() {
   found_again = true;
-  scratch_.clear();
+  work_.found.clear();
   for (const ColliderPair& pair : pairs)
-    append_contacts(world_, pair, pair_margin(world_, pair), points_, scratch_);
-  carry_over(contacts, scratch_, &departed);
-  contacts.swap(scratch_);
+    append_contacts(world_, pair, pair_margin(world_, pair), work_.points, work_.found);
+  carry_over(contacts, work_.found, &departed);
+  contacts.swap(work_.found);
 }
 
 }  // namespace rb

@@ -23,11 +23,17 @@ inline double stick_speed() { return tolerance::resting_speed; }
 // ends.
 class IslandAdvance {
  public:
-  IslandAdvance(World& world, std::span<const std::int32_t> rows);
+  IslandAdvance(World& world, std::span<const std::int32_t> rows, IslandWorkspace& work);
 
-  std::vector<Contact> contacts;    // ordered by pair
-  std::vector<Contact> departed;    // carried an impulse, gone now
-  std::vector<ColliderPair> pairs;  // those that have contacts within reach
+ private:
+  World& world_;
+  std::span<const std::int32_t> rows_;
+  IslandWorkspace& work_;
+
+ public:
+  std::vector<Contact>& contacts = work_.contacts;  // ordered by pair
+  std::vector<Contact>& departed = work_.departed;  // carried an impulse, gone now
+  std::vector<ColliderPair>& pairs = work_.pairs;   // those that have contacts within reach
 
   // Moves the island by h seconds.
   void run(double h);
@@ -66,26 +72,19 @@ class IslandAdvance {
   SolverSettings solver_settings() const;
   double rest_speed(const Contact& c) const;
   void add_impulse(Contact& c, const ContactConstraint& k, const Vec3& impulse, const Vec3& moment);
+  bool approaches() const;
   bool turning(double tau) const;
   void build_midpoint(const BodyIndex& index, double tau);
 
-  World& world_;
-  std::span<const std::int32_t> rows_;
-  std::vector<RigidState> start_;       // saved states, per body of the island
-  std::vector<std::int32_t> partners_;  // kinematic bodies the island may meet
-  std::vector<RigidState> partner_start_;
-  std::vector<std::int32_t> scratch_slides_;
-  std::vector<Wrench> total_;         // external + contact, per body of the island
-  std::vector<std::int32_t> active_;  // contact of each constraint in the problem
-  std::vector<Vec3> slip_before_;     // u at the start of carry, contact frame, per constraint
-  std::vector<ContactDrift> drifts_;  // per constraint
-  std::vector<Vec6> shift_;           // m, rad; per body, or empty
-  std::vector<std::int32_t> scratch_settled_;
-  ContactProblem settle_problem_;
-  ContactSolution settle_solution_;
-  std::vector<Contact> scratch_;
-  ContactPoints points_;
-  double elapsed_ = 0.0;  // s since the step began
+  std::vector<RigidState>& start_ = work_.start;          // saved states, per body of the island
+  std::vector<std::int32_t>& partners_ = work_.partners;  // kinematic bodies the island may meet
+  std::vector<RigidState>& partner_start_ = work_.partner_start;
+  std::vector<Wrench>& total_ = work_.total;            // external + contact, per body
+  std::vector<std::int32_t>& active_ = work_.active;    // contact of each constraint
+  std::vector<Vec3>& slip_before_ = work_.slip_before;  // u at the start of carry, contact frame
+  std::vector<ContactDrift>& drifts_ = work_.drifts;    // per constraint
+  std::vector<Vec6>& shift_ = work_.shift;              // m, rad; per body, or empty
+  double elapsed_ = 0.0;                                // s since the step began
 };
 
 }  // namespace rb

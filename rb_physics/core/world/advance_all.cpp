@@ -1,5 +1,8 @@
 // Cuts the world into islands and moves each; bodies that can meet nobody fly freely.
 #include <algorithm>
+#include <compare>
+#include <memory>
+#include <utility>
 
 #include "body/free_motion.hpp"
 #include "world/advance.hpp"
@@ -22,53 +25,138 @@ void build_islands(World& world) {
   work.index_of.assign(world.bodies.size(), -1);
 }
 
-void advance_islands(World& world) {
-  std::vector<Contact> replaced;       // of islands whose contacts were found again on the way
-  std::vector<std::uint8_t> outdated;  // per contact, when there are such islands
-  for (const Island& island : world.islands.all()) {
-    IslandAdvance advance(world, world.islands.bodies(island));
-    for (const std::int32_t i : world.islands.edges(island)) {
-      const Contact& c = world.contacts[i];
-      if (advance.pairs.empty() || advance.pairs.back().a != c.collider_a ||
-          advance.pairs.back().b != c.collider_b) {
-        advance.pairs.push_back({c.collider_a, c.collider_b});
-      }
-      advance.contacts.push_back(c);
+namespace {
+
+void add_stats(Stats& sum, const Stats& more) {
+  sum.residual = std::max(sum.residual, more.residual);
+  sum.energy_error = std::max(sum.energy_error, more.energy_error);
+  sum.iterations += more.iterations;
+  sum.events += more.events;
+  sum.impacts += more.impacts;
+  sum.capped += more.capped;
+  sum.islands += more.islands;
+}
+
+void advance_island(World& world, const Island& island, IslandWorkspace& work) {
+  IslandAdvance advance(world, world.islands.bodies(island), work);
+  const auto edges = world.islands.edges(island);
+  for (const std::int32_t i : edges) {
+    const Contact& c = world.contacts[i];
+    if (advance.pairs.empty() || advance.pairs.back().a != c.collider_a ||
+        advance.pairs.back().b != c.collider_b) {
+      advance.pairs.push_back({c.collider_a, c.collider_b});
     }
-    advance.run(world.settings.dt);
-    if (advance.found_again) {
-      outdated.resize(world.contacts.size(), 0);
-      for (const std::int32_t i : world.islands.edges(island)) outdated[i] = 1;
-      replaced.insert(replaced.end(), advance.contacts.begin(), advance.contacts.end());
-      replaced.insert(replaced.end(), advance.departed.begin(), advance.departed.end());
-    } else {
-      std::size_t k = 0;
-      for (const std::int32_t i : world.islands.edges(island)) {
-        world.contacts[i] = advance.contacts[k++];
-      }
-    }
-    world.stats.residual = std::max(world.stats.residual, advance.stats.residual);
-    world.stats.energy_error = std::max(world.stats.energy_error, advance.stats.energy_error);
-    world.stats.iterations += advance.stats.iterations;
-    world.stats.events += advance.stats.events;
-    world.stats.impacts += advance.stats.impacts;
-    world.stats.capped += advance.stats.capped;
-    if (!advance.pairs.empty()) ++world.stats.islands;
+    advance.contacts.push_back(c);
   }
-  if (outdated.empty()) return;
-  std::size_t kept = 0;
+  if (!edges.empty()) advance.stats.islands = 1;
+  advance.run(world.settings.dt);
+  if (advance.found_again) {
+    for (const std::int32_t i : edges) world.work.replaced[i] = 1;
+    work.any_replaced = true;
+    work.replaced.insert(work.replaced.end(), advance.contacts.begin(), advance.contacts.end());
+    work.replaced.insert(work.replaced.end(), advance.departed.begin(), advance.departed.end());
+  } else {
+    std::size_t k = 0;
+    for (const std::int32_t i : edges) world.contacts[i] = advance.contacts[k++];
+  }
+  add_stats(work.stats, advance.stats);
+}
+
+// Islands that meet a kinematic body move it about while they look for contact times.
+bool meets_kinematic(const World& world, const Island& island) {
+  const auto edges = world.islands.edges(island);
+  return std::any_of(edges.begin(), edges.end(), [&](std::int32_t i) {
+    return world.bodies[world.contacts[i].body_b].type == BodyType::KINEMATIC;
+  });
+}
+
+void advance_in_parallel(World& world) {
+  StepWorkspace& work = world.work;
+  const std::vector<Island>& islands = world.islands.all();
+  work.alone.clear();
+  for (std::size_t k = 0; k < islands.size(); ++k) {
+    if (meets_kinematic(world, islands[k])) work.alone.push_back(static_cast<std::int32_t>(k));
+  }
+  const std::size_t block = std::max<std::size_t>(1, islands.size() / (16 * work.threads.size()));
+  Workers& workers = workers_of(world);
+  workers.run((islands.size() + block - 1) / block, [&](int worker, std::size_t b) {
+    const std::size_t end = std::min(islands.size(), (b + 1) * block);
+    for (std::size_t k = b * block; k < end; ++k) {
+      const auto number = static_cast<std::int32_t>(k);
+      if (std::binary_search(work.alone.begin(), work.alone.end(), number)) continue;
+      advance_island(world, islands[k], work.threads[worker]);
+    }
+  });
+  for (const std::int32_t k : work.alone) advance_island(world, islands[k], work.threads[0]);
+}
+
+// Puts the contacts that were found on the way in place of those they replace, in the order of
+// pairs; within a pair the order stays.
+void merge_replaced(World& world) {
+  StepWorkspace& work = world.work;
+  struct Place {
+    std::int32_t a, b, thread, index;
+    auto operator<=>(const Place&) const = default;
+  };
+  static thread_local std::vector<Place> places;
+  places.clear();
+  for (std::size_t t = 0; t < work.threads.size(); ++t) {
+    const std::vector<Contact>& replaced = work.threads[t].replaced;
+    for (std::size_t k = 0; k < replaced.size(); ++k) {
+      places.push_back({replaced[k].collider_a, replaced[k].collider_b,
+                        static_cast<std::int32_t>(t), static_cast<std::int32_t>(k)});
+    }
+  }
+  std::sort(places.begin(), places.end());  // a pair is of one island, so of one thread
+  work.merged.clear();
+  auto next = places.begin();
   for (std::size_t i = 0; i < world.contacts.size(); ++i) {
-    if (outdated[i]) continue;
-    if (kept != i) world.contacts[kept] = world.contacts[i];
-    ++kept;
+    if (work.replaced[i]) continue;
+    const Contact& c = world.contacts[i];
+    for (; next != places.end() &&
+           std::pair(next->a, next->b) < std::pair(c.collider_a, c.collider_b);
+         ++next) {
+      work.merged.push_back(work.threads[next->thread].replaced[next->index]);
+    }
+    work.merged.push_back(c);
   }
-  world.contacts.resize(kept);
-  world.contacts.insert(world.contacts.end(), replaced.begin(), replaced.end());
-  // Back to the order of pairs; within a pair the order stays.
-  std::stable_sort(
-      world.contacts.begin(), world.contacts.end(), [](const Contact& x, const Contact& y) {
-        return std::pair(x.collider_a, x.collider_b) < std::pair(y.collider_a, y.collider_b);
-      });
+  for (; next != places.end(); ++next)
+    work.merged.push_back(work.threads[next->thread].replaced[next->index]);
+  world.contacts.swap(work.merged);
+}
+
+}  // namespace
+
+Workers& workers_of(World& world) {
+  const int wanted = world.settings.threads;
+  if (!world.workers || world.workers->count() != wanted)
+    world.workers = std::make_unique<Workers>(wanted);
+  if (world.work.threads.size() < static_cast<std::size_t>(wanted))
+    world.work.threads.resize(wanted);
+  return *world.workers;
+}
+
+void advance_islands(World& world) {
+  constexpr std::size_t worth_sharing = 64;  // contact points: below, waking a thread costs more
+  StepWorkspace& work = world.work;
+  for (IslandWorkspace& thread : work.threads) {
+    thread.replaced.clear();
+    thread.any_replaced = false;
+    thread.stats = Stats{};
+  }
+  work.replaced.assign(world.contacts.size(), 0);
+  const std::vector<Island>& islands = world.islands.all();
+  if (world.settings.threads > 1 && islands.size() > 1 && world.contacts.size() >= worth_sharing) {
+    advance_in_parallel(world);
+  } else {
+    for (const Island& island : islands) advance_island(world, island, work.threads[0]);
+  }
+  bool any_replaced = false;
+  for (const IslandWorkspace& thread : work.threads) {
+    add_stats(world.stats, thread.stats);
+    any_replaced |= thread.any_replaced;
+  }
+  if (any_replaced) merge_replaced(world);
 }
 
 void move_kinematics(World& world) {

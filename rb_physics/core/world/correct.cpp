@@ -33,11 +33,11 @@ Vec3 harmless_turn(const World& world, std::int32_t row, const Vec3& turn) {
 
 // Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0.
 void separate(World& world, const Island& island, std::span<const std::int32_t> contacts) {
-  StepWorkspace& work = world.work;
+  IslandWorkspace& work = world.work.threads[0];
   const auto rows = world.islands.bodies(island);
   for (std::size_t k = 0; k < rows.size(); ++k)
-    work.index_of[rows[k]] = static_cast<std::int32_t>(k);
-  const BodyIndex index{rows, &work.index_of};
+    world.work.index_of[rows[k]] = static_cast<std::int32_t>(k);
+  const BodyIndex index{rows, &world.work.index_of};
   ContactProblem& problem = work.problem;
   build_bodies(world.bodies, index, problem);
   for (Vec6& v : problem.velocity) v.setZero();

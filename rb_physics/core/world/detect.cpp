@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <variant>
 
 #include "collision/queries.hpp"
 #include "contact/builder.hpp"
+#include "world/step.hpp"
 
 namespace rb {
 namespace {
@@ -173,22 +175,56 @@ void find_pairs(World& world) {
   world.stats.pairs = static_cast<int>(world.pairs.size());
 }
 
+namespace {
+
+void append_pairs(const World& world, std::size_t first, std::size_t last, ContactPoints& points,
+                  std::vector<Contact>& out) {
+  for (std::size_t k = first; k < last; ++k)
+    append_contacts(world, world.pairs[k], pair_margin(world, world.pairs[k]), points, out);
+}
+
+// Narrow phase of all pairs, blocks of them shared out when there are threads.
+void find_all_contacts(World& world, std::vector<Contact>& out) {
+  constexpr std::size_t block = 32;
+  constexpr std::size_t worth_sharing = 128;  // pairs: below, waking a thread costs more
+  const std::size_t count = world.pairs.size();
+  if (world.settings.threads == 1 || count < worth_sharing) {
+    append_pairs(world, 0, count, world.work.threads[0].points, out);
+    return;
+  }
+  StepWorkspace& work = world.work;
+  const std::size_t blocks = (count + block - 1) / block;
+  if (work.found.size() < blocks) work.found.resize(blocks);
+  workers_of(world).run(blocks, [&](int worker, std::size_t b) {
+    work.found[b].clear();
+    append_pairs(world, b * block, std::min(count, (b + 1) * block), work.threads[worker].points,
+                 work.found[b]);
+  });
+  for (std::size_t b = 0; b < blocks; ++b)
+    out.insert(out.end(), work.found[b].begin(), work.found[b].end());
+}
+
+}  // namespace
+
 void detect_contacts(World& world) {
   find_pairs(world);
-  std::vector<Contact>& fresh = world.scratch_contacts;
-  std::vector<Contact>& departed = world.scratch_departed;
+  std::vector<Contact>& fresh = world.work.fresh;
+  std::vector<Contact>& departed = world.work.departed;
   fresh.clear();
   departed.clear();
-  for (const ColliderPair& pair : world.pairs) {
-    append_contacts(world, pair, pair_margin(world, pair), world.scratch_points, fresh);
-  }
+  find_all_contacts(world, fresh);
   carry_over(world.contacts, fresh, &departed);
   if (!departed.empty()) {
     for (Contact& c : departed) follow_bodies(world, c);
-    fresh.insert(fresh.end(), departed.begin(), departed.end());
-    std::stable_sort(fresh.begin(), fresh.end(), [](const Contact& x, const Contact& y) {
-      return std::pair(x.collider_a, x.collider_b) < std::pair(y.collider_a, y.collider_b);
-    });
+    // Both are in the order of pairs; within a pair those that parted come last.
+    std::vector<Contact>& merged = world.work.merged;
+    merged.clear();
+    std::merge(fresh.begin(), fresh.end(), departed.begin(), departed.end(),
+               std::back_inserter(merged), [](const Contact& x, const Contact& y) {
+                 return std::pair(x.collider_a, x.collider_b) <
+                        std::pair(y.collider_a, y.collider_b);
+               });
+    fresh.swap(merged);
   }
   world.contacts.swap(fresh);
   world.geometry_dirty = false;

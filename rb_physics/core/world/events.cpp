@@ -29,11 +29,11 @@ double IslandAdvance::approach_of_pair(const ColliderPair& pair, double t) {
   };
   const Collider& a = world_.colliders[pair.a];
   const Collider& b = world_.colliders[pair.b];
-  points_.clear();
+  work_.points.clear();
   find_contacts(a.shape, pose_of(a.body) * a.local, b.shape, pose_of(b.body) * b.local,
-                pair_margin(world_, pair), points_);
+                pair_margin(world_, pair), work_.points);
   double nearest = std::numeric_limits<double>::infinity();
-  for (const ContactPoint& p : points_) {
+  for (const ContactPoint& p : work_.points) {
     const bool touches = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
       return c.collider_a == pair.a && c.collider_b == pair.b &&
              c.point.feature == with_parts(p.feature, a.part, b.part) && c.touching();
@@ -153,10 +153,10 @@ double IslandAdvance::next_stick_time(double tau) {
   constexpr std::size_t most_contacts = 16;  // larger islands take the first-order error of a stop
   constexpr double least_share = 1e-3;       // of tau: a stop sooner than that is left unresolved
   if (active_.size() > most_contacts) return tau;
-  const StepWorkspace& work = world_.work;
+  const IslandWorkspace& work = work_;
   // A slide ends (or turns back) within the interval where the slip at its end is not along the
   // slip before.
-  scratch_slides_.clear();
+  work_.slides.clear();
   double guess = 1.0;  // share of tau at which the first slide stops
   for (std::size_t n = 0; n < active_.size(); ++n) {
     const ContactConstraint& c = work.problem.contacts[n];
@@ -167,11 +167,12 @@ double IslandAdvance::next_stick_time(double tau) {
     if (slip <= stick_speed() || slip <= least_share * brake || !(brake > 0.0)) continue;
     const Vec2 after = relative_velocity(c, work.solution.velocity).tail<2>();
     if (after.dot(before) > 1e-9 * before.squaredNorm()) continue;
-    scratch_slides_.push_back(static_cast<std::int32_t>(n));
+    work_.slides.push_back(static_cast<std::int32_t>(n));
     guess = std::fmin(guess, slip / brake);
   }
-  if (scratch_slides_.empty()) return tau;
-  const std::vector<Vec3> before = slip_before_;
+  if (work_.slides.empty()) return tau;
+  std::vector<Vec3>& before = work_.slip_at_start;
+  before = slip_before_;
   // In an interval short enough to slide all through, the slip shrinks linearly: extrapolate to
   // zero, twice.
   double t = guess * tau;
@@ -182,7 +183,7 @@ double IslandAdvance::next_stick_time(double tau) {
     for (int pass = 0; pass < 2 && slid; ++pass) {
       carry(t, false);
       double next = std::numeric_limits<double>::infinity();
-      for (const std::int32_t i : scratch_slides_) {
+      for (const std::int32_t i : work_.slides) {
         const Vec2 u0 = before[i].tail<2>();
         const double along =
             relative_velocity(work.problem.contacts[i], work.solution.velocity).tail<2>().dot(u0) /

@@ -8,7 +8,7 @@
 namespace rb {
 
 bool IslandAdvance::shift_to_end_velocities(double tau) {
-  const StepWorkspace& work = world_.work;
+  const IslandWorkspace& work = work_;
   bool closing = false;
   for (std::size_t n = 0; n < active_.size(); ++n) {
     closing |= !contacts[active_[n]].touching() && work.solution.impulse[n].x() > 0.0;
@@ -27,38 +27,39 @@ void IslandAdvance::settle(double tau) {
   shift_.clear();
   // A gap that closes within the interval is bounded at the end's velocity: move with that one.
   if (shift_to_end_velocities(tau)) return;
-  StepWorkspace& work = world_.work;
-  scratch_settled_.clear();
+  IslandWorkspace& work = work_;
+  work_.settled.clear();
   for (std::size_t n = 0; n < active_.size(); ++n) {
     const Contact& c = contacts[active_[n]];
     if (c.touching() && slip_before_[n].x() > tolerance::resting_speed &&
         work.solution.impulse[n].x() > 0.0) {
-      scratch_settled_.push_back(active_[n]);
+      work_.settled.push_back(active_[n]);
     }
   }
-  if (scratch_settled_.empty()) return;
+  if (work_.settled.empty()) return;
   // The smallest change of velocity (in the metric of the masses) that takes the parting speeds
   // away: the same complementarity problem with the normals turned round.
-  const BodyIndex index{rows_, &work.index_of};
-  ContactProblem& problem = settle_problem_;
+  const BodyIndex index{rows_, &world_.work.index_of};
+  ContactProblem& problem = work_.settle_problem;
   build_bodies(world_.bodies, index, problem);
-  const std::vector<Vec6> before = problem.velocity;
-  for (const std::int32_t i : scratch_settled_) {
+  std::vector<Vec6>& before = work_.velocity_before;
+  before = problem.velocity;
+  for (const std::int32_t i : work_.settled) {
     ContactPlace place = place_of(world_.bodies, contacts[i]);
     place.normal = -place.normal;
     build_contact(world_.bodies, index, contacts[i], place, problem);
     ContactConstraint& c = problem.contacts.back();
     c.friction = c.static_friction = c.rolling_friction = c.spinning_friction = 0.0;
   }
-  settle_solution_.impulse.assign(problem.contacts.size(), Vec3::Zero());
-  settle_solution_.moment.clear();
-  settle_solution_.certificate.clear();
+  work_.settle_solution.impulse.assign(problem.contacts.size(), Vec3::Zero());
+  work_.settle_solution.moment.clear();
+  work_.settle_solution.certificate.clear();
   SolverSettings settings;
   settings.tolerance = 1e-9;  // of a displacement that is second order already
   settings.minimum_norm = false;
-  solve_contacts(problem, settings, settle_solution_, work.solver);
+  solve_contacts(problem, settings, work_.settle_solution, work.solver);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
-    shift_.push_back((0.5 * tau) * (settle_solution_.velocity[k] - before[k]));
+    shift_.push_back((0.5 * tau) * (work_.settle_solution.velocity[k] - before[k]));
   }
 }
 

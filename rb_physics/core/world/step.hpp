@@ -14,6 +14,7 @@ void expire_wrenches(World& world);
 bool needs_detection(const World& world);
 void build_islands(World& world);
 void advance_islands(World& world);
+Workers& workers_of(World& world);  // as many as settings.threads says
 void move_kinematics(World& world);
 
 // world/report.cpp

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,10 +12,10 @@
 #include "body/body.hpp"
 #include "collision/broad_phase.hpp"
 #include "contact/contact.hpp"
-#include "contact/problem.hpp"
 #include "island/island.hpp"
+#include "math/workers.hpp"
 #include "shape/shape.hpp"
-#include "solver/contact_solver.hpp"
+#include "world/island_workspace.hpp"
 #include "world/settings.hpp"
 #include "world/stats.hpp"
 
@@ -28,12 +29,6 @@ struct Collider {
   std::int32_t part = 0;   // index within the body
   double size = 1.0;       // m, characteristic length
   double reach = 0.0;      // m, farthest point from the body's centre of mass
-};
-
-// Two colliders that may meet during the step; a dynamic body is always first.
-struct ColliderPair {
-  std::int32_t a = -1;
-  std::int32_t b = -1;
 };
 
 // A kinematic body as it was at the start of the step.
@@ -53,14 +48,16 @@ struct PairImpulse {
   Vec3 moment_b = Vec3::Zero();  // N m s, on B about its moving centre of mass
 };
 
-// Scratch memory of the step.
+// Scratch memory of the step: no allocation after warm-up.
 struct StepWorkspace {
-  ContactProblem problem;
-  ContactSolution solution;
-  SolverWorkspace solver;
+  std::vector<IslandWorkspace> threads{1};  // one per thread
   std::vector<std::uint8_t> movable;
   std::vector<std::pair<std::int32_t, std::int32_t>> edges;
-  std::vector<std::int32_t> index_of;  // row -> body of the island's problem
+  std::vector<std::int32_t> index_of;  // row -> body of its island's problem
+  std::vector<std::uint8_t> replaced;  // per contact: its island has found its contacts again
+  std::vector<std::int32_t> alone;     // islands to be moved by one thread, in order
+  std::vector<Contact> merged, departed, fresh;
+  std::vector<std::vector<Contact>> found;  // per block of pairs, when threads share them
 };
 
 struct World {
@@ -89,10 +86,7 @@ struct World {
   BroadPhase broad_phase;
   Islands islands;
   StepWorkspace work;
-
-  // Reused every step: no allocation after warm-up.
-  std::vector<Contact> scratch_contacts, scratch_departed;
-  ContactPoints scratch_points;
+  std::unique_ptr<Workers> workers;  // when settings.threads > 1 and there was work to share
 
   double time() const { return static_cast<double>(step_count) * settings.dt; }
 };

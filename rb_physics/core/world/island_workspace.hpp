@@ -1,0 +1,45 @@
+// Scratch memory of one thread that moves islands: kept from step to step, so that a step after
+// warm-up allocates nothing. Holds no state; results never depend on it.
+#pragma once
+
+#include <vector>
+
+#include "body/body.hpp"
+#include "collision/contact_point.hpp"
+#include "contact/contact.hpp"
+#include "contact/kinematics.hpp"
+#include "contact/problem.hpp"
+#include "solver/contact_solver.hpp"
+#include "world/stats.hpp"
+
+namespace rb {
+
+// Two colliders that may meet during the step; a dynamic body is always first.
+struct ColliderPair {
+  std::int32_t a = -1;
+  std::int32_t b = -1;
+};
+
+struct IslandWorkspace {
+  ContactProblem problem, settle_problem;
+  ContactSolution solution, settle_solution;
+  SolverWorkspace solver;
+
+  // See IslandAdvance, which names them.
+  std::vector<Contact> contacts, departed, found;
+  std::vector<ColliderPair> pairs;
+  std::vector<RigidState> start, partner_start;
+  std::vector<std::int32_t> partners, slides, active, settled;
+  std::vector<Wrench> total;
+  std::vector<Vec3> slip_before, slip_at_start;
+  std::vector<ContactDrift> drifts;
+  std::vector<Vec6> shift, velocity_before;
+  ContactPoints points;
+
+  // Of all islands this thread moved in the step.
+  std::vector<Contact> replaced;  // of islands whose contacts were found again on the way
+  bool any_replaced = false;
+  Stats stats;
+};
+
+}  // namespace rb
