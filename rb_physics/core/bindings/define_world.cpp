@@ -188,7 +188,12 @@ void define_plain_data(py::module_& m) {
                     "Times the step was made again for a meeting nobody looked for.")
       .def_readonly("max_penetration", &Stats::max_penetration, "m, at the end of the step.")
       .def_readonly("energy_error", &Stats::energy_error,
-                    "Kinetic energy the contact solves gained, relative; 0 when none did.");
+                    "Kinetic energy the contact solves gained, relative; 0 when none did.")
+      .def_readonly("detect_time", &Stats::detect_time, "s of wall clock, broad and narrow phase.")
+      .def_readonly("advance_time", &Stats::advance_time,
+                    "s of wall clock, islands: impacts, contact solves, contact times, motion.")
+      .def_readonly("correct_time", &Stats::correct_time, "s of wall clock, overlap taken out.")
+      .def_readonly("step_time", &Stats::step_time, "s of wall clock, the whole step.");
 }
 
 }  // namespace

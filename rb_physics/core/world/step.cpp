@@ -2,6 +2,7 @@
 #include "world/step.hpp"
 
 #include <algorithm>
+#include <chrono>
 
 #include "world/correct.hpp"
 #include "world/detect.hpp"
@@ -9,15 +10,40 @@
 
 namespace rb {
 
+namespace {
+
+// Adds the seconds since it was made, or since it was last read, to whatever it is told to.
+class StopWatch {
+ public:
+  void lap(double& sum) {
+    const Clock::time_point now = Clock::now();
+    sum += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+  double total() const { return std::chrono::duration<double>(last_ - start_).count(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point start_ = Clock::now(), last_ = start_;
+};
+
+}  // namespace
+
 void step(World& world) {
   constexpr int most_retries = 8;
+  StopWatch watch;
+  double other = 0.0;  // s
 
   // Gravity, applied wrenches, kinematic targets.                               world/wrenches.cpp
   begin_step(world);
 
   // Broad phase, narrow phase, feature matching (S7, S8), if something moved from outside.
   //                                                                             world/detect.cpp
-  if (needs_detection(world)) detect_contacts(world);
+  if (needs_detection(world)) {
+    watch.lap(other);
+    detect_contacts(world);
+    watch.lap(world.stats.detect_time);
+  }
 
   for (int retry = 0;; ++retry) {
     remember(world);
@@ -32,8 +58,11 @@ void step(World& world) {
     move_kinematics(world);
     require_finite(world);
 
+    watch.lap(world.stats.advance_time);
+
     // The contact set at the end of the step.                                   world/detect.cpp
     detect_contacts(world);
+    watch.lap(world.stats.detect_time);
 
     // A meeting nobody looked for: once more, with wider eyes.                  world/retry.cpp
     if (retry == most_retries || !missed_a_meeting(world)) break;
@@ -44,9 +73,12 @@ void step(World& world) {
 
   // Overlap out, energy unchanged.                                              world/correct.cpp
   correct_positions(world);
+  watch.lap(world.stats.correct_time);
 
   // Contact states (S9), contact wrenches, statistics.                          world/report.cpp
   finish_step(world);
+  watch.lap(other);
+  world.stats.step_time = watch.total();
 }
 
 }  // namespace rb
