@@ -30,6 +30,7 @@ from ._core import (
     TriangleMesh,
     math,
 )
+from .batch import Batch
 from .body import Body
 from .contact import ContactKind, ContactState
 from .errors import DivergedError, SceneError
@@ -46,6 +47,7 @@ from .settings import Settings
 from .world import RayHit, World
 
 __all__ = [
+    "Batch",
     "Body",
     "Box",
     "Capsule",

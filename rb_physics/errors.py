@@ -33,9 +33,11 @@ class DivergedError(RuntimeError):
     Attributes:
         step: number of the step that failed, counted from the start of the world.
         body: name of the first body concerned.
+        variation: its number in a `Batch`, else None.
     """
 
-    def __init__(self, message: str, *, step: int, body: str) -> None:
+    def __init__(self, message: str, *, step: int, body: str, variation: int | None = None) -> None:
         super().__init__(message)
         self.step = step
         self.body = body
+        self.variation = variation

@@ -204,6 +204,36 @@ class World(_core.World):
         self._by_name[name] = body
         return body
 
+    def copy(self, **settings: Any) -> World:
+        """An independent world of the same bodies in the same state, which goes on with the same bits.
+
+        Args:
+            **settings: single fields of `Settings` that are to differ; the time step must stay.
+
+        Raises:
+            SceneError: an unknown setting or a value that is not allowed.
+        """
+        twin = World(Settings.from_keywords(self.settings, settings))
+        for body in self._bodies:
+            core = self._mass_properties(body._row)
+            row = twin._add(
+                body.shape,
+                body.name,
+                _TYPES[body.type],
+                *core,
+                body.position,
+                body.orientation,
+                np.zeros(3),
+                np.zeros(3),
+                self._material(body._row),
+                isinstance(body.shape, _core.Particle),
+            )
+            handle = Body(twin, row, body.name, body.type, body.shape, dict(body.frames))
+            twin._bodies.append(handle)
+            twin._by_name[body.name] = handle
+        twin.restore(self.save())
+        return twin
+
     def ray_cast(self, origin: ArrayLike, direction: ArrayLike) -> RayHit | None:
         """The nearest body along the ray from ``origin`` (3,) m in ``direction`` (3,), or None."""
         start = checks.vector(None, "origin", origin, unit="m")

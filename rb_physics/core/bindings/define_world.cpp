@@ -14,6 +14,14 @@ namespace rb {
 
 void define_body_queries(py::class_<World>& world);
 
+// Holds a wrench in place of the one its source gave before; the order is that of the sources.
+void hold(Body& body, const AppliedWrench& a) {
+  std::erase_if(body.wrenches, [&a](const AppliedWrench& x) { return x.source == a.source; });
+  const auto at = std::find_if(body.wrenches.begin(), body.wrenches.end(),
+                               [&a](const AppliedWrench& x) { return x.source > a.source; });
+  body.wrenches.insert(at, a);
+}
+
 namespace {
 
 template <int width, class Fill>
@@ -51,14 +59,6 @@ void step_many(World& w, std::uint64_t n) {
   } catch (const Diverged& e) {
     throw_diverged(w, e);
   }
-}
-
-// Holds a wrench in place of the one its source gave before; the order is that of the sources.
-void hold(Body& body, const AppliedWrench& a) {
-  std::erase_if(body.wrenches, [&a](const AppliedWrench& x) { return x.source == a.source; });
-  const auto at = std::find_if(body.wrenches.begin(), body.wrenches.end(),
-                               [&a](const AppliedWrench& x) { return x.source > a.source; });
-  body.wrenches.insert(at, a);
 }
 
 // Wrenches (N, 6) at the centres of mass of many bodies, one source number for each.
