@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -158,14 +157,14 @@ class Batch(_core.Batch):
         self._write("forces", f, lambda values: self._apply_wrenches(values, t, seconds))
 
     @staticmethod
-    def _read(getter: Any) -> Array:
+    def _read(getter: Callable[[], Array]) -> Array:
         try:
             return getter()
         except ValueError as error:
             raise SceneError(f"batch: {error}") from None
 
     @staticmethod
-    def _write(field: str, value: ArrayLike, setter: Any) -> None:
+    def _write(field: str, value: ArrayLike, setter: Callable[[Array], None]) -> None:
         try:
             setter(_numbers(field, value))
         except SceneError:
