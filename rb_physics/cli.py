@@ -114,11 +114,12 @@ def info(recording: Path) -> None:
     help="Render a picture into this new file instead of opening a window; needs no screen.",
 )
 @click.option(
+    "--at",
     "--time",
     "moment",
     type=float,
     metavar="SECONDS",
-    help="Simulated time the picture shows; default is the middle.",
+    help="Time of the recording to show; default: its start, for a picture its middle.",
 )
 @click.option(
     "--layout",
@@ -128,11 +129,11 @@ def info(recording: Path) -> None:
     help="How the views are arranged.",
 )
 def view(recording: Path, png: Path | None, moment: float | None, layout: str) -> None:
-    """Open RECORDING, the folder of a run, in Rerun."""
+    """Open RECORDING, the folder of a run or a .rrd file, in Rerun."""
     from .recording.render import open_viewer, render_png
 
     if png is None:
-        open_viewer(recording, layout)
+        open_viewer(recording, layout, moment)
         return
     for problem in render_png(recording, png, time=moment, layout=layout):
         click.echo(f"Rerun reports: {problem}", err=True)
@@ -215,12 +216,23 @@ def replay(
 @main.command()
 @click.argument("first", type=click.Path(path_type=Path))
 @click.argument("second", type=click.Path(path_type=Path))
-def compare(first: Path, second: Path) -> None:
+@click.option(
+    "--plot",
+    "png",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Draw how far each body is apart, over time, into this new PNG file.",
+)
+def compare(first: Path, second: Path, png: Path | None) -> None:
     """Say where the poses of two recordings part; exit code 1 when they do."""
     from .recording.compare import compare as find
 
     result = find(first, second)
     click.echo(result.text)
+    if png is not None:
+        from .recording.plot import plot_comparison
+
+        click.echo(plot_comparison(first, second, png))
     if not result.identical:
         sys.exit(1)
 

@@ -89,6 +89,17 @@ def compare(first: str | Path, second: str | Path) -> Comparison:
     return Comparison(tuple(results), float(start), float(end), tuple(missing))
 
 
+def distances(first: str | Path, second: str | Path) -> dict[str, tuple[NDArray, NDArray]]:
+    """Of each body in both: common times (s), and the distance of its positions there (m)."""
+    a, b = read_tables(first), read_tables(second)
+    found = {}
+    for name in a.bodies:
+        if name in b.bodies:
+            time, pose_a, pose_b = _matched(a, b, name)
+            found[name] = (time, np.linalg.norm(pose_a[:, :3] - pose_b[:, :3], axis=1))
+    return found
+
+
 def _present(tables: Tables, other: Tables) -> set[str]:
     """Bodies with poses in the time that both recordings cover."""
     times = other.poses["time"]

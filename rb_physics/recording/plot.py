@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .compare import distances
 from .mcap_log import RecordingError
 from .tables import Tables, read_tables
 
@@ -36,6 +37,30 @@ def plot(recording: str | Path, png: str | Path) -> Path:
             axis.legend(loc="upper right", fontsize="small", ncols=2)
     axes[2].set_xlabel("time [s]")
     axes[0].set_title(Path(recording).name)
+    figure.savefig(png, dpi=120)
+    pyplot.close(figure)
+    return png
+
+
+def plot_comparison(first: str | Path, second: str | Path, png: str | Path) -> Path:
+    """Draws how far bodies of two recordings are apart, farthest first. Raises RecordingError."""
+    pyplot = _pyplot()
+    png = Path(png)
+    if png.exists():
+        raise RecordingError(f"{png} exists already and is never overwritten")
+    apart = {name: of for name, of in distances(first, second).items() if of[1].any()}
+    figure, axis = pyplot.subplots(figsize=(9, 5), layout="constrained")
+    for name, (time, distance) in sorted(apart.items(), key=lambda e: -e[1][1].max())[:_MOST]:
+        drawn = distance > 0  # zero has no logarithm
+        axis.semilogy(time[drawn], distance[drawn], label=name)
+    axis.set_xlabel("time [s]")
+    axis.set_ylabel("distance between positions [m]")
+    axis.set_title(f"{Path(first).name} and {Path(second).name}")
+    axis.grid(alpha=0.3)
+    if apart:
+        axis.legend(loc="lower right", fontsize="small", ncols=2)
+    else:
+        axis.text(0.5, 0.5, "identical poses", transform=axis.transAxes, ha="center")
     figure.savefig(png, dpi=120)
     pyplot.close(figure)
     return png

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import socket
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from .log_reader import Recording
 from .mcap_log import RecordingError
 from .rerun_log import RerunLog, contents_of, require, wrenches_shown
 
+_LOADING = 60.0  # s a viewer gets to start and load
 _SETTLE = 7.0  # s the viewer gets to draw after time was set, and to hide its greeting
 
 
@@ -54,6 +56,10 @@ def rrd_of(recording: str | Path, folder: Path, layout: str = "overview") -> Pat
     """The .rrd to show: a given .rrd file, the one beside the bag, or a new one in `folder`."""
     recording = Path(recording)
     if recording.suffix == ".rrd" and recording.is_file():
+        if layout != "overview":
+            raise RecordingError(
+                f"{recording} has its layout inside; give the folder of the bag for {layout!r}"
+            )
         return recording
     beside = recording / f"{recording.name}.rrd"
     if beside.is_file() and layout == "overview":
@@ -61,13 +67,28 @@ def rrd_of(recording: str | Path, folder: Path, layout: str = "overview") -> Pat
     return write_rrd(recording, folder / f"{recording.resolve().name}.rrd", layout)
 
 
-def open_viewer(recording: str | Path, layout: str = "overview") -> None:
-    """Opens the Rerun viewer and waits until it is closed."""
+def open_viewer(recording: str | Path, layout: str = "overview", time: float | None = None) -> None:
+    """Opens the Rerun viewer, at `time` (s; None: at the start), and waits until it is closed."""
     require()
+    _check_time(time)
     with tempfile.TemporaryDirectory() as folder:
         rrd = rrd_of(recording, Path(folder), layout)
-        done = subprocess.run([*_viewer_command(), "--bind", "127.0.0.1", str(rrd)], check=False)
-    if done.returncode != 0:
+        port = _free_port()
+        command = [*_viewer_command(), "--bind", "127.0.0.1", "--port", str(port), str(rrd)]
+        with subprocess.Popen(command) as viewer:
+            try:
+                if time is not None:
+                    client = _loaded(viewer, rrd, port, _LOADING)
+                    client.set_time("sim_time", duration=time, play_state="paused")
+                viewer.wait()
+            except RecordingError:
+                if viewer.poll() is None:  # open, but not to be commanded
+                    viewer.terminate()
+                    raise
+            except BaseException:
+                viewer.terminate()
+                raise
+    if viewer.returncode != 0:
         raise RecordingError(
             "the Rerun viewer could not open a window here; --png FILE renders without a screen"
         )
@@ -77,7 +98,7 @@ def render_png(
     recording: str | Path,
     png: str | Path,
     time: float | None = None,
-    timeout: float = 60.0,
+    timeout: float = _LOADING,
     layout: str = "overview",
 ) -> list[str]:
     """Renders the view at `time` (s; None: the middle) into a new file; needs a Vulkan driver.
@@ -85,6 +106,7 @@ def render_png(
     Returns the problems the viewer reports; none is how it should be. Raises RecordingError.
     """
     require()
+    _check_time(time)
     png = Path(png)
     if png.exists():
         raise RecordingError(f"{png} exists already and is never overwritten")
@@ -95,30 +117,14 @@ def render_png(
 
 
 def _render(rrd: Path, png: Path, time: float | None, timeout: float) -> list[str]:
-    from rerun.experimental import ViewerClient
-
     port = _free_port()
     command = [
         *_viewer_command(), "--headless", "--bind", "127.0.0.1", "--port", str(port),
         "--window-size", "1600x900", str(rrd.resolve()),
     ]  # fmt: skip
-    deadline = clock.monotonic() + timeout
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as viewer:
         try:
-            client: Any = None
-            state: Any = None
-            while state is None or state.loading or not state.views:
-                if viewer.poll() is not None:
-                    raise RecordingError(
-                        "the Rerun viewer can't render here; without a screen it needs a software "
-                        "Vulkan driver: apt install mesa-vulkan-drivers"
-                    )
-                if clock.monotonic() > deadline:
-                    raise RecordingError(f"the Rerun viewer did not load {rrd} in {timeout:g} s")
-                clock.sleep(0.2)
-                with contextlib.suppress(RuntimeError, OSError, ValueError):  # not up yet
-                    client = client or ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
-                    state = client.get_state()
+            client = _loaded(viewer, rrd, port, timeout)
             moment = _middle(rrd) if time is None else time
             client.set_time("sim_time", duration=moment, play_state="paused")
             clock.sleep(_SETTLE)
@@ -126,6 +132,33 @@ def _render(rrd: Path, png: Path, time: float | None, timeout: float) -> list[st
             return [f"{view.name}: {r}" for view in client.get_state().views for r in view.reports]
         finally:
             viewer.terminate()
+
+
+def _loaded(viewer: Any, rrd: Path, port: int, timeout: float) -> Any:
+    """A client of a viewer that has started and loaded its file. Raises RecordingError."""
+    from rerun.experimental import ViewerClient
+
+    deadline = clock.monotonic() + timeout
+    client: Any = None
+    state: Any = None
+    while state is None or state.loading or not state.views:
+        if viewer.poll() is not None:
+            raise RecordingError(
+                "the Rerun viewer can't render here; without a screen it needs a software "
+                "Vulkan driver: apt install mesa-vulkan-drivers"
+            )
+        if clock.monotonic() > deadline:
+            raise RecordingError(f"the Rerun viewer did not load {rrd} in {timeout:g} s")
+        clock.sleep(0.2)
+        with contextlib.suppress(RuntimeError, OSError, ValueError):  # not up yet
+            client = client or ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+            state = client.get_state()
+    return client
+
+
+def _check_time(time: float | None) -> None:
+    if time is not None and not (math.isfinite(time) and time >= 0):
+        raise RecordingError(f"the time to show is {time}; it must be s of the recording, >= 0")
 
 
 def _middle(rrd: Path) -> float:

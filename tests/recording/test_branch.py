@@ -10,9 +10,9 @@ import pytest
 import rb_physics as rb
 from rb_physics.recording import Recorder, RecordingError
 from rb_physics.recording.branch import AddedWrench, branch
-from rb_physics.recording.compare import compare
+from rb_physics.recording.compare import compare, distances
 from rb_physics.recording.export import export
-from rb_physics.recording.plot import plot
+from rb_physics.recording.plot import plot, plot_comparison
 from rb_physics.recording.replay import Run, verify
 from rb_physics.recording.tables import read_tables
 
@@ -168,3 +168,15 @@ def test_plot(run, tmp_path):
     assert path.read_bytes().startswith(b"\x89PNG")
     with pytest.raises(RecordingError, match="never overwritten"):
         plot(run, path)
+
+
+def test_plot_of_a_comparison(run, tmp_path):
+    pytest.importorskip("matplotlib")
+    branch(run, tmp_path / "b", 0.1, 0.3, wrenches=[AddedWrench("box", (40.0, 0, 0))], rerun="off")
+    time, distance = distances(run, tmp_path / "b")["box"]
+    assert distance[time == 0.1] == 0
+    assert distance[-1] > 0.25
+    assert plot_comparison(run, tmp_path / "b", tmp_path / "a.png").stat().st_size > 10_000
+    assert plot_comparison(run, run, tmp_path / "same.png").stat().st_size > 5_000
+    with pytest.raises(RecordingError, match="never overwritten"):
+        plot_comparison(run, run, tmp_path / "same.png")

@@ -147,6 +147,11 @@ def test_existing_files_and_foreign_bags_are_refused(run, tmp_path):
     (tmp_path / "a.png").write_bytes(b"")
     with pytest.raises(RecordingError, match="never overwritten"):
         render_png(run, tmp_path / "a.png")
+    with pytest.raises(RecordingError, match=r"run\.rrd has its layout inside"):
+        render_png(run / "run.rrd", tmp_path / "x.png", layout="debug")
+    for moment in (float("nan"), -1.0):
+        with pytest.raises(RecordingError, match="the time to show is"):
+            render_png(run, tmp_path / "x.png", time=moment)
     with pytest.raises(RecordingError, match="is not a folder"):
         render_png(run, tmp_path / "none" / "a.png")
     McapLog(tmp_path / "foreign").close()
