@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,10 +24,6 @@ class Recovered(NamedTuple):
 
 def recover(recording: str | Path) -> Recovered:
     """Copies every whole message of DIR into DIR_recovered. Raises RecordingError."""
-    from mcap.records import Attachment as AttachmentRecord
-    from mcap.records import Channel, Message, Metadata, Schema
-    from mcap.writer import CompressionType, Writer
-
     log = Recording(recording)
     source = log.directory.resolve()
     target = source.with_name(source.name + "_recovered")
@@ -34,7 +31,26 @@ def recover(recording: str | Path) -> Recovered:
         raise RecordingError(
             f"{target} exists already and is never overwritten: move it away first"
         )
-    target.mkdir()
+    try:
+        target.mkdir()
+    except OSError as error:
+        raise RecordingError(
+            f"{target} can't be made ({error.strerror}): copy {source.name} to where you may write"
+        ) from None
+    try:
+        return _copy(log, source, target)
+    except OSError as error:
+        shutil.rmtree(target, ignore_errors=True)  # its own, and not whole
+        raise RecordingError(
+            f"{target} can't be written ({error.strerror}): copy {source.name} to where there is room"
+        ) from None
+
+
+def _copy(log: Recording, source: Path, target: Path) -> Recovered:
+    from mcap.records import Attachment as AttachmentRecord
+    from mcap.records import Channel, Message, Metadata, Schema
+    from mcap.writer import CompressionType, Writer
+
     info = FileInfo(f"{target.name}_0.mcap")
     topics: dict[int, Any] = {}  # channel in the copy -> its record
     counts: dict[int, int] = {}

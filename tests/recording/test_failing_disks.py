@@ -1,0 +1,152 @@
+"""Disks that fill, turn read-only or vanish: the run goes on, and what was written is read back."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+
+import pytest
+
+import rb_physics as rb
+from rb_physics.recording import Recorder, RecordingError
+from rb_physics.recording.log_reader import Recording
+from rb_physics.recording.recover import recover
+from rb_physics.recording.replay import verify
+from rb_physics.recording.summary import summary
+
+STEPS = 4000
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 4 MB, and the means to mount it again with other options."""
+    mount = tmp_path / "disk"
+    mount.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", str(mount)]
+    if os.geteuid() != 0 or subprocess.run(command, capture_output=True).returncode != 0:
+        pytest.skip("a small file system can only be mounted by root")
+
+    def remount(options: str) -> None:
+        subprocess.run(["mount", "-o", f"remount,{options}", str(mount)], check=True)
+
+    try:
+        yield mount, remount
+    finally:
+        subprocess.run(["umount", "-l", str(mount)], check=True)
+
+
+def run(directory, at_step=None, act=None, **options):
+    """Steps a hundred bodies, whatever happens to the log; the recorder and the world."""
+    scene = rb.load_scene("hundred_bodies")
+    world = scene.build()
+    recorder = Recorder(world, directory, scene=scene, **options)
+    for step in range(STEPS):
+        if step == at_step:
+            act()
+        if recorder.error is not None and step % 50 == 0:
+            break
+        world.step()
+        recorder.after_step()
+    recorder.close()
+    return recorder, world
+
+
+@pytest.mark.parametrize("rerun", ["off", "file"])
+def test_a_full_disk_ends_in_a_whole_bag(small_disk, rerun):
+    if rerun == "file":
+        pytest.importorskip("rerun")
+    mount, _ = small_disk
+    recorder, world = run(mount / "run", rerun=rerun)
+    assert "is full" in recorder.error
+    assert world.step_count > 200  # 4 MB hold half a second and more
+    assert recorder.counters["dropped"] > 0
+    recording = Recording(mount / "run")
+    assert len(list(recording.messages())) > 1000
+    assert recording.torn == []
+    assert "stopped early: disk full" in summary(mount / "run")
+    assert verify(mount / "run").difference is None
+
+
+def test_a_disk_that_is_full_already_is_refused(small_disk):
+    mount, _ = small_disk
+    filler = mount / "filler"
+    with open(filler, "wb", buffering=0) as file, pytest.raises(OSError, match="No space"):
+        while True:
+            file.write(bytes(4096))
+    world = rb.load_scene("single_box").build()
+    try:
+        recorder = Recorder(world, mount / "run")
+    except RecordingError as error:
+        assert "No space left" in str(error)
+    else:
+        for _ in range(100):
+            world.step()
+            recorder.after_step()
+        recorder.close()
+        assert "full" in recorder.error or "No space left" in recorder.error
+
+
+def test_a_disk_that_turns_read_only_leaves_what_can_be_recovered(small_disk, tmp_path):
+    mount, remount = small_disk
+    # The open file must be let go of by the kernel: a lazy remount makes further writes fail.
+    import rb_physics.recording.mcap_log as mcap_log
+
+    real, broken = os.write, []
+
+    def write(descriptor, data):
+        if broken:
+            raise OSError(30, "Read-only file system")
+        return real(descriptor, data)
+
+    mcap_log.os.write = write
+    try:
+        recorder, _ = run(mount / "run", 300, lambda: broken.append(True))
+    finally:
+        mcap_log.os.write = real
+    assert "Read-only file system" in recorder.error
+    assert "rb_physics recover" in recorder.error
+    remount("ro")
+    try:
+        with pytest.raises(RecordingError, match=r"can't be made \(Read-only file system\)"):
+            recover(mount / "run")
+        with pytest.raises(RecordingError, match=r"can't be made \(Read-only file system\)"):
+            Recorder(rb.World(), mount / "another")
+        copy = tmp_path / "run"
+        subprocess.run(["cp", "-r", str(mount / "run"), str(copy)], check=True)
+    finally:
+        remount("rw")
+    assert recover(copy).messages > 500
+    result = verify(tmp_path / "run_recovered")
+    assert result.difference is None
+    assert result.steps > 100
+
+
+def test_a_folder_that_is_moved_away_ends_in_a_sentence_and_a_whole_file(tmp_path):
+    recorder, _ = run(tmp_path / "run", 300, lambda: os.rename(tmp_path / "run", tmp_path / "gone"))
+    assert "recording stopped" in recorder.error
+    assert not (tmp_path / "run").exists()
+    result = verify(tmp_path / "gone")
+    assert result.difference is None
+    assert result.steps == STEPS
+
+
+def test_a_folder_that_vanishes_at_a_split_ends_in_a_sentence(tmp_path):
+    recorder, world = run(
+        tmp_path / "run", 300, lambda: os.rename(tmp_path / "run", tmp_path / "gone"),
+        split_duration=0.5,
+    )  # fmt: skip
+    assert "No such file" in recorder.error
+    assert world.step_count < STEPS  # `run` stops when it is told
+    assert recorder.counters["dropped"] > 0
+    result = verify(tmp_path / "gone")
+    assert result.difference is None
+    assert result.steps >= 480
+
+
+def test_a_recovery_without_room_leaves_nothing_behind(small_disk):
+    mount, _ = small_disk
+    recorder, _ = run(mount / "run")
+    assert "is full" in recorder.error
+    with pytest.raises(RecordingError, match=r"can't be written \(No space left on device\)"):
+        recover(mount / "run")
+    assert sorted(p.name for p in mount.iterdir()) == ["run"]
