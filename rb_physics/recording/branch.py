@@ -48,7 +48,7 @@ def branch(
     Raises RecordingError, SceneError.
     """
     run = Run(recording)
-    dt = float(run.notes["dt"])
+    dt = run.dt
     if settings.get("dt", dt) != dt:
         raise RecordingError("a branch keeps the step of its recording: dt can't be changed")
     first = round(start / dt) - run.first_step

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
-
-import yaml
 
 from .mcap_log import RecordingError
 from .mcap_reader import (
@@ -20,6 +19,7 @@ from .mcap_reader import (
     read_summary,
     top_level_records,
 )
+from .plain_yaml import load_plain
 
 _METADATA_LIMIT = 64 * 1024 * 1024  # bytes of metadata.yaml
 
@@ -44,6 +44,20 @@ class _Channels:
             self.wanted[record.id] = name if wanted else None
 
 
+@contextmanager
+def damage_told(log: Recording) -> Iterator[None]:
+    """Turns what damaged or foreign content leads to into one RecordingError."""
+    try:
+        yield
+    except RecordingError:
+        raise
+    except (
+        AttributeError, IndexError, KeyError, OverflowError, RecursionError, TypeError, ValueError,
+    ) as error:  # fmt: skip
+        what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        raise RecordingError(f"{log.directory} is damaged or of other software ({what})") from None
+
+
 class Recording:
     """A bag folder. Raises RecordingError when it isn't one."""
 
@@ -64,11 +78,12 @@ class Recording:
         try:
             if path.stat().st_size > _METADATA_LIMIT:
                 raise RecordingError(f"{path} is too large to be a bag's metadata")
-            loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the fast one where it is built
-            content = yaml.load(path.read_text(encoding="utf-8"), Loader=loader)
+            content = load_plain(path.read_text(encoding="utf-8"))
         except FileNotFoundError:
             return {}
-        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        except RecordingError:
+            raise
+        except (OSError, ValueError) as error:
             raise RecordingError(f"{path} can't be read: {str(error).splitlines()[0]}") from None
         information = (
             content.get("rosbag2_bagfile_information") if isinstance(content, dict) else None

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from .log_reader import Recording
 from .mcap_log import Attachment, RecordingError
+from .plain_yaml import load_plain
 from .rosbag2 import FileInfo, bag_metadata, write_atomically
 from .topics import Qos
 
@@ -129,11 +130,9 @@ def _copy(log: Recording, source: Path, target: Path) -> Recovered:
 
 def _qos(metadata: dict[str, str]) -> Qos:
     """The QoS noted with a channel, as far as it can be read."""
-    import yaml
-
     try:
-        [offered] = yaml.safe_load(metadata["offered_qos_profiles"])
+        [offered] = load_plain(metadata["offered_qos_profiles"])
         return Qos(offered["reliability"], offered["durability"], offered["history"],
                    int(offered["depth"]))  # fmt: skip
-    except (KeyError, TypeError, ValueError, yaml.YAMLError):
+    except (KeyError, TypeError, ValueError):
         return Qos()

@@ -15,7 +15,7 @@ from typing import Any
 
 from .decoders import decode_string
 from .geometry import from_json
-from .log_reader import Recording
+from .log_reader import Recording, damage_told
 from .mcap_log import RecordingError
 from .rerun_log import RerunLog, contents_of, require, wrenches_shown
 
@@ -33,23 +33,32 @@ def write_rrd(recording: str | Path, path: str | Path, layout: str = "overview")
     attachments = log.attachments()
     if "topics.json" not in attachments:
         raise RecordingError(f"{recording} was not made by rb_physics: it has no topics.json")
-    contents = contents_of(attachments["topics.json"], "/" + notes["node_name"].strip("/") + "/")
-    settings = json.loads(notes["settings"])
-    view = RerunLog(Path(path), settings, layout=layout, afterwards=True)
-    shown: set[str] = set()
-    bodies = next((topic for topic, (content, _) in contents.items() if content == "bodies"), "")
-    for message in log.messages({bodies}):
-        shown |= wrenches_shown(from_json(decode_string(message.data)))
-    topics = {
+    with damage_told(log):
+        namespace = "/" + notes["node_name"].strip("/") + "/"
+        contents = contents_of(attachments["topics.json"], namespace)
+        view = RerunLog(Path(path), json.loads(notes["settings"]), layout=layout, afterwards=True)
+        try:
+            for message in log.messages(_shown(log, contents, namespace)):
+                content, body = contents[message.topic]
+                view.feed(content, body, message.log_time, message.data)
+        except BaseException:
+            view.discard()
+            Path(path).unlink(missing_ok=True)  # a part of a view would be taken for all of it
+            raise
+        view.close()
+    return Path(path)
+
+
+def _shown(log: Recording, contents: dict[str, tuple[str, str | None]], namespace: str) -> set[str]:
+    """The topics a view is made of: not the contact wrenches that it passes over."""
+    bodies: set[str] = set()
+    for message in log.messages({namespace + "bodies"}):
+        bodies |= wrenches_shown(from_json(decode_string(message.data)))
+    return {
         topic
         for topic, (content, body) in contents.items()
-        if content != "contact_wrench" or body in shown
+        if content != "contact_wrench" or body in bodies
     }
-    for message in log.messages(topics):
-        content, body = contents[message.topic]
-        view.feed(content, body, message.log_time, message.data)
-    view.close()
-    return Path(path)
 
 
 def rrd_of(recording: str | Path, folder: Path, layout: str = "overview") -> Path:

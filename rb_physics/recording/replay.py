@@ -5,7 +5,9 @@ again before the same step, and the state hash of each step is compared.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import decoders
-from .log_reader import Recording
+from .log_reader import Recording, damage_told
 from .mcap_log import RecordingError
 from .operations import CHANGE_BODIES, Operation, Operations
 from .operations import from_json as operation_from_json
@@ -71,20 +73,7 @@ class Run:
     def __init__(self, recording: str | Path) -> None:
         self.log = log = Recording(recording)
         self.notes = notes = log.custom_data
-        if "format_version" not in notes:
-            what = "is empty or damaged at its start" if log.torn else "was not made by rb_physics"
-            raise RecordingError(f"{log.directory} {what}")
-        if not notes["format_version"].isdigit() or int(notes["format_version"]) > FORMAT_VERSION:
-            raise RecordingError(
-                f"{log.directory} has format version {notes['format_version']}; this rb_physics "
-                f"reads up to {FORMAT_VERSION}: install a newer one"
-            )
-        if int(notes["format_version"]) < _REPEATABLE:
-            raise RecordingError(
-                f"{log.directory} has format version {notes['format_version']}, whose state hashes "
-                "this rb_physics no longer computes: it can be viewed, exported and compared, but "
-                "repeated only by the version that made it"
-            )
+        _require_repeatable(log, notes)
         attachments = log.attachments()
         if "scene.yaml" not in attachments:
             raise RecordingError(
@@ -92,58 +81,77 @@ class Run:
                 "and only that program can repeat it"
             )
         self.scene_text = attachments["scene.yaml"].decode("utf-8", "replace")
-        namespace = "/" + notes["node_name"].strip("/") + "/"
-        hashes: list[NDArray] = []
         self.operations: list[Operation] = []
         self.snapshots: dict[int, bytes] = {}
-        self.poses: dict[int, NDArray] = {}
-        names = {namespace + n: n for n in ("state_hash", "operations", "snapshots", "poses")}
-        try:
-            for message in log.messages(set(names)):
-                kind = names[message.topic]
-                if kind == "state_hash":
-                    hashes.append(decoders.decode_multi_array(message.data, "u8")[1])
-                elif kind == "operations":
-                    text = decoders.decode_string(message.data)
-                    self.operations.append(operation_from_json(text))
-                elif kind == "snapshots":
-                    (label,), data = decoders.decode_multi_array(message.data, "u1")
-                    self.snapshots[int(label.removeprefix("step "))] = data.tobytes()
-                else:
-                    self.poses[message.step] = decoders.decode_pose_array(message.data)[2]
-        except (ValueError, TypeError) as error:
-            raise RecordingError(f"{log.directory} is damaged: {error}") from None
-        rows = np.concatenate(hashes) if hashes else np.empty((0, 2), np.uint64)
-        self.steps, self.hashes = rows[:, 0].astype(np.int64), rows[:, 1]
+        with damage_told(log):
+            self.settings: dict[str, Any] = dict(json.loads(notes["settings"]))
+            self.dt = float(notes["dt"])  # s
+            if not 0.0 < self.dt < math.inf:
+                raise ValueError(f"dt is {self.dt}")
+            self.first_step = int(notes["first_step"])  # steps of log time before the start
+            self._namespace = "/" + notes["node_name"].strip("/") + "/"
+            self.steps, self.hashes = self._read()
         if len(self.steps) and not np.array_equal(self.steps, np.arange(1, len(self.steps) + 1)):
             raise RecordingError(f"{log.directory}: the state hashes of some steps are missing")
         self.initial = attachments.get("initial.snapshot", self.snapshots.get(0, b""))
         if 0 not in self.snapshots:
             raise RecordingError(f"{log.directory}: the snapshot of the start is missing")
 
-    @property
-    def settings(self) -> dict[str, Any]:
-        """The recorded fields of `Settings`."""
-        settings: dict[str, Any] = json.loads(self.notes["settings"])
-        return settings
+    def _read(self) -> tuple[NDArray, NDArray]:
+        """Operations and snapshots into place; the steps with a hash, and the hashes."""
+        rows = [np.empty((0, 2), np.uint64)]
+        names = {self._namespace + n: n for n in ("state_hash", "operations", "snapshots")}
+        for message in self.log.messages(set(names)):
+            kind = names[message.topic]
+            if kind == "state_hash":
+                rows.append(decoders.decode_multi_array(message.data, "u8")[1].reshape(-1, 2))
+            elif kind == "operations":
+                self.operations.append(operation_from_json(decoders.decode_string(message.data)))
+            else:
+                (label,), data = decoders.decode_multi_array(message.data, "u1")
+                self.snapshots[int(label.removeprefix("step "))] = data.tobytes()
+        table = np.concatenate(rows)
+        return table[:, 0].astype(np.int64), table[:, 1]
 
-    @property
-    def first_step(self) -> int:
-        """Steps of log time before the start of the recording."""
-        return int(self.notes["first_step"])
+    @cached_property
+    def poses(self) -> dict[int, NDArray]:
+        """Logged poses (N, 7) by step; read when first asked for, they are most of a log."""
+        with damage_told(self.log):
+            return {
+                message.step: decoders.decode_pose_array(message.data)[2]
+                for message in self.log.messages({self._namespace + "poses"})
+            }
 
     def scene(self) -> Scene:
         """The recorded scene."""
         from ..scene import Scene
 
         source = f"{self.log.directory}/scene.yaml"
-        return Scene.from_yaml(self.scene_text, name=self.notes["scene"], source=source)
+        return Scene.from_yaml(self.scene_text, name=self.notes.get("scene", ""), source=source)
 
     def build(self, **settings: Any) -> Any:
         """A new world at the start of the run; `settings` replace recorded ones (threads, ...)."""
         world = self.scene().build(**(self.settings | settings))
         _restore(world, self, 0)
         return world
+
+
+def _require_repeatable(log: Recording, notes: dict[str, str]) -> None:
+    version = notes.get("format_version")
+    if version is None:
+        what = "is empty or damaged at its start" if log.torn else "was not made by rb_physics"
+        raise RecordingError(f"{log.directory} {what}")
+    if not version.isdecimal() or int(version) > FORMAT_VERSION:
+        raise RecordingError(
+            f"{log.directory} has format version {version}; this rb_physics reads up to "
+            f"{FORMAT_VERSION}: install a newer one"
+        )
+    if int(version) < _REPEATABLE:
+        raise RecordingError(
+            f"{log.directory} has format version {version}, whose state hashes this rb_physics no "
+            "longer computes: it can be viewed, exported and compared, but repeated only by the "
+            "version that made it"
+        )
 
 
 def _restore(world: Any, run: Run, step: int) -> None:
@@ -222,7 +230,7 @@ def verify(
     Raises RecordingError.
     """
     run = Run(recording)
-    dt = float(run.notes["dt"])
+    dt = run.dt
     repetition = Repetition(run, **settings)
     if start is not None:
         repetition.skip_to(

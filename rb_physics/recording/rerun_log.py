@@ -137,6 +137,10 @@ class RerunLog:
         self._rec.flush(timeout_sec=10)
         self._rec.disconnect()
 
+    def discard(self) -> None:
+        """Ends it without what is still gathered."""
+        self._rec.disconnect()
+
     # -- contents ---------------------------------------------------------------------------------
 
     def _take_bodies(self, body: str | None, time_ns: int, data: bytes) -> None:

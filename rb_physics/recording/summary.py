@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from . import decoders
-from .log_reader import Recording
+from .log_reader import Recording, damage_told
 from .mcap_log import RecordingError
 from .outputs import TOTALS
 from .topics import CONTENT
@@ -17,6 +17,11 @@ from .topics import CONTENT
 def summary(recording: str | Path) -> str:
     """Several lines of text. Raises RecordingError when it isn't a recording."""
     log = Recording(recording)
+    with damage_told(log):
+        return _summary(log)
+
+
+def _summary(log: Recording) -> str:
     notes = log.custom_data
     namespace = "/" + notes.get("node_name", "sim_node").strip("/") + "/"
     counts: dict[str, int] = defaultdict(int)

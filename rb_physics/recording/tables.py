@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import decoders
-from .log_reader import Recording
+from .log_reader import Recording, damage_told
 from .mcap_log import RecordingError
 from .outputs import CONTACT_POINT, TOTALS
 
@@ -36,15 +36,11 @@ def read_tables(recording: str | Path) -> Tables:
     attachments = log.attachments()
     if "topics.json" not in attachments:
         raise RecordingError(f"{recording} was not made by rb_physics: it has no topics.json")
-    try:
+    with damage_told(log):
         contents = {
             t["name"]: (t["content"], t["body"]) for t in json.loads(attachments["topics.json"])
         }
         return _read(log, contents)
-    except (KeyError, TypeError, ValueError, IndexError) as error:
-        if isinstance(error, RecordingError):
-            raise
-        raise RecordingError(f"{recording} is damaged: {error}") from None
 
 
 def _read(log: Recording, contents: dict[str, tuple[str, str | None]]) -> Tables:
