@@ -184,6 +184,8 @@ void define_plain_data(py::module_& m) {
       .def_readonly("corrections", &Stats::corrections,
                     "Position corrections; they change no velocity.")
       .def_readonly("capped", &Stats::capped, "Islands that met max_work or max_events.")
+      .def_readonly("queries_capped", &Stats::queries_capped,
+                    "Geometric queries whose iterations ran out: they answer less exactly.")
       .def_readonly("retries", &Stats::retries,
                     "Times the step was made again for a meeting nobody looked for.")
       .def_readonly("max_penetration", &Stats::max_penetration, "m, at the end of the step.")

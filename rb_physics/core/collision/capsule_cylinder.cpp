@@ -1,9 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
-#include "collision/closest.hpp"
-#include "collision/convex_axis.hpp"
+#include "collision/cylinder_axis.hpp"
 #include "collision/cylinder_contacts.hpp"
 #include "collision/pairs.hpp"
 #include "collision/rod.hpp"
@@ -14,30 +12,20 @@ namespace {
 
 using Part = PlacedCylinder::Part;
 
-// For the capsule's axis; the radius comes off afterwards.
-ConvexAxis find_axis(const Rod& a, const PlacedCylinder& b, double size, double margin) {
-  const AxisSearch search(a, b, size);
-  ConvexAxis axis = search.first(a.center - b.center, margin);
-  if (axis.beyond) return axis;
-  const Vec3 first = axis.normal;
-  const auto toward = [&](const Vec3& n) { return n.dot(first) >= 0.0 ? n : Vec3(-n); };
-  const auto refine = [&] {
-    search.refine_across(a.axis, axis);
-    search.refine_across(b.axis, axis);
-    search.refine(axis);
-  };
-  if (axis.apart && !axis.certain) refine();
-  search.offer(toward(b.axis), axis);
-  const Vec3 cross = a.axis.cross(b.axis);
-  const double sine = cross.norm();
-  if (sine > tolerance::parallel_edges) search.offer(toward(cross / sine), axis);
-  for (int i = 0; i < 2; ++i) {
-    const Vec3 radial = b.across(a.end(i) - b.center);
-    const double length = radial.norm();
-    search.offer(length > 0.0 ? Vec3(radial / length) : b.x, axis);
+// Between the capsule's axis and the cylinder, which is the first here; the radius comes off
+// afterwards.
+CylinderAxisSearch find_axis(const Rod& a, const PlacedCylinder& b, double preference,
+                             double tolerance) {
+  CylinderAxisSearch search(b, preference, tolerance);
+  for (const bool upper : {true, false}) {
+    const Vec3 n = -b.cap_normal(upper);
+    search.offer_flat(CylinderAxis::CAP, n, n.dot(b.cap_center(upper) - a(n).point), upper ? 0 : 1);
   }
-  if (!axis.fixed && !axis.apart) refine();
-  return axis;
+  for (int i = 0; i < 2; ++i) {
+    search.offer_corner(a.end(i), i, [&](const Vec3& n) { return n.dot(a(n).point); });
+  }
+  search.offer_free_edge({a.end(1), a.axis, 2.0 * a.half, 0.0, 0});
+  return search;
 }
 
 void cap_contacts(const Rod& a, const PlacedCylinder& b, bool upper, double margin,
@@ -60,42 +48,24 @@ void cap_contacts(const Rod& a, const PlacedCylinder& b, bool upper, double marg
   if ((high - low) * 2.0 * a.half > tolerance) add(low);
 }
 
-void side_contacts(const Rod& a, const PlacedCylinder& b, const ConvexAxis& axis, double tolerance,
-                   Manifold& out) {
-  const Vec3 cross = a.axis.cross(b.axis);
-  if (cross.norm() <= tolerance::parallel) {
-    const double middle = a.axis.dot(b.center - a.center);
-    const double low = std::max(-a.half, middle - b.half), high = std::min(a.half, middle + b.half);
-    if (high - low > tolerance) {
-      for (const double at : {high, low}) {
-        ManifoldPoint p = a.contact(at, axis.normal, axis.separation);
-        p.feature_b = std::abs(at) == a.half
-                          ? PlacedCylinder::side_feature()
-                          : PlacedCylinder::rim_feature((at == high) == (a.axis.dot(b.axis) > 0.0));
-        out.add(p);
-      }
-      return;
-    }
+// The capsule along the cylinder: both ends of the common part. False: there is none, or it is not
+// where the two are nearest.
+bool side_by_side(const Rod& a, const PlacedCylinder& b, const CylinderAxis& axis, double tolerance,
+                  Manifold& out) {
+  SideOverlap side;
+  if (!side_overlap(b, -axis.normal, a.center, a.axis, a.half, tolerance, side)) return false;
+  const Vec3& n = side.normal;
+  const double proven = n.dot(a(Vec3(-n)).point - b(n).point);
+  if (proven < axis.separation - tolerance) return false;
+  if (std::min(side.separation[0], side.separation[1]) > axis.separation + tolerance) return false;
+  const bool same_way = a.axis.dot(b.axis) > 0.0;
+  for (int i = 0; i < 2; ++i) {
+    ManifoldPoint p = a.contact(side.t[i], n, side.separation[i]);
+    p.feature_b = side.of_cylinder[i] ? PlacedCylinder::rim_feature((i == 0) == same_way)
+                                      : PlacedCylinder::side_feature();
+    out.add(p);
   }
-  // One end lower, or the middle across.
-  const double slope = axis.normal.dot(a.axis);
-  double along = slope > 0.0 ? -a.half : a.half;
-  NormalOwner owner = NormalOwner::CENTERS;
-  if (std::abs(slope) <= tolerance::parallel) {
-    Vec3 on_a, on_b;
-    closest_on_lines(a.center, a.axis, b.center, b.axis, on_a, on_b);
-    const double s = a.axis.dot(on_a - a.center);
-    if (std::abs(s) < a.half) {
-      along = s;
-      owner = NormalOwner::EDGES;
-    } else {
-      along = s > 0.0 ? a.half : -a.half;
-    }
-  }
-  ManifoldPoint p = a.contact(along, axis.normal, axis.separation);
-  p.feature_b = PlacedCylinder::side_feature();
-  p.normal_owner = owner;
-  out.add(p);
+  return true;
 }
 
 }  // namespace
@@ -107,33 +77,45 @@ void contacts_capsule_cylinder(const Capsule& shape_a, const Placement& at_a,
   const PlacedCylinder b(shape_b, at_b);
   const double size_a = a.radius + a.half;
   const double small = std::min(size_a, b.size()), large = std::max(size_a, b.size());
+  const double reach = a.half + a.radius + std::sqrt(b.radius * b.radius + b.half * b.half);
+  if ((a.center - b.center).norm() > reach + margin) return;
   const double tolerance = tolerance::coincident * small + 1e-14 * large;
-  const ConvexAxis axis = find_axis(a, b, small, margin + a.radius);
-  if (axis.beyond || !(axis.separation - a.radius <= margin)) return;
-  const Vec3& n = axis.normal;
-  const Part part = b.part_facing(n);
-  const bool upper = b.axis.dot(n) > 0.0;
+  const double preference = tolerance::axis_preference * small + 1e-15 * large;
+  const CylinderAxisSearch found = find_axis(a, b, preference, tolerance);
+  const CylinderAxis& axis = found.best();
+  const double separation = axis.separation - a.radius;
+  if (!(separation <= margin)) return;
+  const Vec3 n = -axis.normal;
   const int first = out.size();
-  if (part == Part::CAP) {
-    cap_contacts(a, b, upper, margin, tolerance, out);
-  } else if (part == Part::SIDE) {
-    side_contacts(a, b, axis, tolerance, out);
+  const CylinderAxis* free = &found.free();
+  if (found.prefers_flat()) {
+    cap_contacts(a, b, axis.feature == 0, margin, tolerance, out);
+    if (out.least_separation(first) <= separation + tolerance) return;
+    out.truncate(first);
+    if (free->separation < axis.separation - tolerance) {
+      // Rounding left nothing over the cap.
+      const double along = a.axis.dot(n) > 0.0 ? -a.half : a.half;
+      ManifoldPoint p = a.contact(along, n, axis.separation);
+      p.feature_b = PlacedCylinder::cap_feature(axis.feature == 0);
+      p.normal_owner = NormalOwner::B;
+      out.add(p);
+      return;
+    }
+  } else if (side_by_side(a, b, axis, tolerance, out)) {
+    return;
   }
-  if (out.least_separation(first) <= axis.separation - a.radius + tolerance) return;
-  out.truncate(first);
   ManifoldPoint p;
-  p.normal = n;
-  p.separation = axis.separation - a.radius;
-  const bool known = axis.certain && !axis.fixed;
-  const Vec3 on_b = known ? axis.on_b : b(n).point;
-  const Vec3 on_axis = known ? axis.on_a : Vec3(on_b + axis.separation * n);
-  p.point_a = on_axis - a.radius * n;
-  p.point_b = on_b;
-  const double along = a.axis.dot(on_axis - a.center);
-  p.feature_a =
-      a.feature(std::abs(along) >= a.half - tolerance ? std::copysign(a.half, along) : 0.0);
-  p.feature_b =
-      part == Part::SIDE ? PlacedCylinder::side_feature() : PlacedCylinder::rim_feature(upper);
+  p.normal = -free->normal;
+  p.separation = free->separation - a.radius;
+  p.point_a = free->on_other - a.radius * p.normal;
+  p.point_b = free->on_cylinder;
+  const double along = a.axis.dot(free->on_other - a.center);
+  const bool end = free->kind == CylinderAxis::CORNER || std::abs(along) >= a.half - tolerance;
+  p.feature_a = a.feature(end ? std::copysign(a.half, along) : 0.0);
+  p.feature_b = b.part_facing(p.normal) == Part::SIDE
+                    ? PlacedCylinder::side_feature()
+                    : PlacedCylinder::rim_feature(b.axis.dot(p.normal) > 0.0);
+  if (free->kind == CylinderAxis::CROSSING && !end) p.normal_owner = NormalOwner::EDGES;
   out.add(p);
 }
 

@@ -1,10 +1,8 @@
-// The axis along which two convex sets are farthest apart or overlap least, to rounding: GJK or EPA
-// gives a first answer, which is then moved to the maximum of the separation over directions.
+// The axis along which two convex sets are farthest apart or overlap least, by GJK or EPA.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 
 #include "collision/epa.hpp"
 #include "collision/gjk.hpp"
@@ -17,7 +15,6 @@ struct ConvexAxis {
   bool beyond = false;      // farther apart than asked about
   double separation = 0.0;  // m
   Vec3 normal;              // unit, from B to A
-  bool fixed = false;       // a direction offered by the shapes themselves
   bool apart = false;       // a positive distance was found
   bool certain = false;     // apart, and the nearest points are exact
   Vec3 on_a, on_b;          // m, nearest points when apart
@@ -66,71 +63,52 @@ class AxisSearch {
     return axis;
   }
 
-  // Takes a direction of the shapes (a face normal, a cap, a product of edges) where it separates
-  // as well as the axis does.
-  void offer(const Vec3& n, ConvexAxis& axis) const {
-    const double s = separation(n);
-    const double preference = tolerance::axis_preference * size_;
-    const bool wins =
-        axis.fixed ? s > axis.separation + preference : s >= axis.separation - preference;
-    if (!wins) return;
-    axis.normal = n;
-    axis.separation = s;
-    axis.fixed = true;
-  }
-
-  // Newton's method for the separation over unit vectors.
-  void refine(ConvexAxis& axis) const { climb(axis.normal, axis); }
-
-  // The same among the directions perpendicular to `edge`.
-  void refine_across(const Vec3& edge, ConvexAxis& axis) const {
-    const Vec3 e = edge.normalized();
-    Vec3 n = axis.normal - e.dot(axis.normal) * e;
-    const double length = n.norm();
-    if (!(length > 0.5)) return;
-    n /= length;
-    double s = separation(n);
-    for (int i = 0; i < 12; ++i) {
-      const Vec3 m = e.cross(n);
-      const double slope = m.dot(a_(Vec3(-n)).point - b_(n).point);
-      const double bend = -s - a_.curvature(n, m, m) - b_.curvature(n, m, m);
-      if (!(bend < 0.0)) break;
-      const Vec3 next = (n - (slope / bend) * m).normalized();
-      const double s_next = separation(next);
-      if (!(s_next > s)) break;
-      n = next;
-      s = s_next;
+  // The direction near `start` at which the separation is greatest, where it is smooth: Newton's
+  // method over unit vectors. Near the end the separation only carries rounding; then the slope
+  // tells which direction is better.
+  Vec3 refined(const Vec3& start) const {
+    Vec3 n = start;
+    Tangent at = tangent(n);
+    for (int i = 0; i < 60 && at.slope > 0.0; ++i) {
+      double mm = -at.separation - a_.curvature(n, at.m, at.m) - b_.curvature(n, at.m, at.m);
+      const double mk = -a_.curvature(n, at.m, at.k) - b_.curvature(n, at.m, at.k);
+      double kk = -at.separation - a_.curvature(n, at.k, at.k) - b_.curvature(n, at.k, at.k);
+      // Where the separation does not bend down every way (rims side by side), a shorter step.
+      const double half_sum = 0.5 * (mm + kk), half_gap = 0.5 * (mm - kk);
+      const double spread = std::sqrt(half_gap * half_gap + mk * mk);
+      const double least = 1e-4 * (std::abs(half_sum) + spread);
+      const double shift = std::max(0.0, half_sum + spread + least);
+      mm -= shift;
+      kk -= shift;
+      const double det = mm * kk - mk * mk;
+      if (!(det > 0.0)) break;
+      Vec3 step =
+          -((kk * at.gm - mk * at.gk) / det) * at.m - ((mm * at.gk - mk * at.gm) / det) * at.k;
+      bool better = false;
+      for (int halvings = 0; halvings < 8 && !better; ++halvings, step *= 0.5) {
+        const Vec3 next = (n + step).normalized();
+        const Tangent there = tangent(next);
+        const double noise = 1e-15 * (std::abs(at.separation) + size_);
+        better = there.separation > at.separation + noise ||
+                 (there.separation >= at.separation - noise && there.slope < at.slope);
+        if (better) n = next, at = there;
+      }
+      if (!better) break;
     }
-    take(n, s, axis);
+    return n;
   }
 
  private:
-  void climb(const Vec3& start, ConvexAxis& axis) const {
-    Vec3 n = start;
-    double s = separation(n);
-    for (int i = 0; i < 12; ++i) {
-      const Vec3 m = n.unitOrthogonal(), k = n.cross(m);
-      const Vec3 w = a_(Vec3(-n)).point - b_(n).point;
-      const double gm = m.dot(w), gk = k.dot(w);
-      const double mm = -s - a_.curvature(n, m, m) - b_.curvature(n, m, m);
-      const double mk = -a_.curvature(n, m, k) - b_.curvature(n, m, k);
-      const double kk = -s - a_.curvature(n, k, k) - b_.curvature(n, k, k);
-      const double det = mm * kk - mk * mk;
-      if (!(det > 0.0) || !(mm + kk < 0.0)) break;
-      const Vec3 next =
-          (n - ((kk * gm - mk * gk) / det) * m - ((mm * gk - mk * gm) / det) * k).normalized();
-      const double s_next = separation(next);
-      if (!(s_next > s)) break;
-      n = next;
-      s = s_next;
-    }
-    take(n, s, axis);
-  }
-
-  void take(const Vec3& n, double s, ConvexAxis& axis) const {
-    if (axis.fixed || !(s > axis.separation) || axis.certain) return;
-    axis.normal = n;
-    axis.separation = s;
+  // The separation and its slope along two tangents m, k.
+  struct Tangent {
+    Vec3 m, k;
+    double separation, gm, gk, slope;
+  };
+  Tangent tangent(const Vec3& n) const {
+    const Vec3 m = n.unitOrthogonal(), k = n.cross(m);
+    const Vec3 w = a_(Vec3(-n)).point - b_(n).point;
+    const double gm = m.dot(w), gk = k.dot(w);
+    return {m, k, n.dot(w), gm, gk, std::sqrt(gm * gm + gk * gk)};
   }
 
   const A& a_;

@@ -13,10 +13,24 @@ namespace rb {
 void cylinder_on_region(const PlacedCylinder& a, const PlanarRegion& region, double margin,
                         double tolerance, std::vector<ManifoldPoint>& points);
 
-// The corners and edges of a polygon of B under the cap of A, where the cap's normal is the contact
-// normal (reversed).
-void polygon_on_cap(const PlacedCylinder& a, bool upper, const FacePolygon& polygon, double margin,
-                    double tolerance, std::vector<ManifoldPoint>& points);
+// The corners and edges of a polygon of B under the cap of A. The contact normal is the cap's
+// (reversed) or, where the two lie flat on each other, the polygon's.
+enum class CapNormal { OF_CAP, OF_POLYGON };
+void polygon_on_cap(const PlacedCylinder& a, bool upper, const FacePolygon& polygon,
+                    CapNormal normal, double margin, double tolerance,
+                    std::vector<ManifoldPoint>& points);
+
+// The part of a segment center + t * along, |t| <= half, that lies beside a nearly parallel
+// cylinder.
+struct SideOverlap {
+  Vec3 normal;           // unit, across the cylinder's axis, toward the segment
+  double t[2];           // m, the upper end and the lower
+  bool of_cylinder[2];   // the cylinder ends there, not the segment
+  double separation[2];  // m, from the side
+};
+// `direction`: about the normal. False: they are not parallel, or not side by side.
+bool side_overlap(const PlacedCylinder& cylinder, const Vec3& direction, const Vec3& center,
+                  const Vec3& along, double half, double tolerance, SideOverlap& found);
 
 // Exchanges A and B in place.
 void mirror(std::vector<ManifoldPoint>& points);

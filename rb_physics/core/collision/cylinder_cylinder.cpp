@@ -2,8 +2,8 @@
 #include <cmath>
 #include <vector>
 
-#include "collision/closest.hpp"
 #include "collision/convex_axis.hpp"
+#include "collision/cylinder_axis.hpp"
 #include "collision/cylinder_contacts.hpp"
 #include "collision/pairs.hpp"
 #include "collision/reduce.hpp"
@@ -14,31 +14,60 @@ namespace {
 
 using Part = PlacedCylinder::Part;
 
-ConvexAxis find_axis(const PlacedCylinder& a, const PlacedCylinder& b, double size, double margin) {
-  const AxisSearch search(a, b, size);
-  ConvexAxis axis = search.first(a.center - b.center, margin);
-  if (axis.beyond) return axis;
-  const Vec3 first = axis.normal;
-  const auto toward = [&](const Vec3& n) { return n.dot(first) >= 0.0 ? n : Vec3(-n); };
-  const auto refine = [&] {
-    search.refine_across(a.axis, axis);
-    search.refine_across(b.axis, axis);
-    search.refine(axis);
-  };
-  if (axis.apart && !axis.certain) refine();
-  search.offer(toward(b.axis), axis);
-  search.offer(toward(a.axis), axis);
-  const Vec3 cross = a.axis.cross(b.axis);
-  const double sine = cross.norm();
-  if (sine > tolerance::parallel_edges) {
-    search.offer(toward(cross / sine), axis);
-  } else {
-    const Vec3 radial = b.across(a.center - b.center);
-    const double length = radial.norm();
-    search.offer(length > 0.0 ? Vec3(radial / length) : b.x, axis);
+// The best axis of two cylinders: of one of them against the other's caps and axis, or rim on rim.
+struct PairAxis {
+  CylinderAxis axis;  // normal from B to A; `on_cylinder` belongs to A when `of_a`
+  bool of_a = true;   // the cylinder of `axis` is A, the other B
+  bool rims = false;  // rim on rim, with the points in the places of A's axis
+
+  const Vec3& on_a() const { return of_a ? axis.on_cylinder : axis.on_other; }
+  const Vec3& on_b() const { return of_a ? axis.on_other : axis.on_cylinder; }
+};
+
+struct PairSearch {
+  PairAxis flat, free;
+};
+
+void offer_caps(const PlacedCylinder& cylinder, const PlacedCylinder& other,
+                CylinderAxisSearch& search) {
+  for (const bool upper : {true, false}) {
+    const Vec3 n = -cylinder.cap_normal(upper);
+    const double separation = n.dot(cylinder.cap_center(upper) - other(n).point);
+    search.offer_flat(CylinderAxis::CAP, n, separation, upper ? 0 : 1);
   }
-  if (!axis.fixed && !axis.apart) refine();
-  return axis;
+}
+
+PairAxis flipped(const CylinderAxis& axis) {
+  PairAxis pair{axis, false, false};
+  pair.axis.normal = -axis.normal;
+  return pair;
+}
+
+PairSearch find_axis(const PlacedCylinder& a, const PlacedCylinder& b, const ConvexAxis& first,
+                     const AxisSearch<PlacedCylinder, PlacedCylinder>& rims, double preference,
+                     double tolerance) {
+  CylinderAxisSearch of_b(b, preference, tolerance), of_a(a, preference, tolerance);
+  offer_caps(b, a, of_b);
+  offer_caps(a, b, of_a);
+  of_b.offer_free_edge({a.center - a.half * a.axis, a.axis, 2.0 * a.half, a.radius, 0});
+  of_a.offer_free_edge({b.center - b.half * b.axis, b.axis, 2.0 * b.half, b.radius, 0});
+  PairSearch found{flipped(of_b.flat()), flipped(of_b.free())};
+  if (of_a.flat().separation > found.flat.axis.separation + preference) {
+    found.flat = {of_a.flat(), true, false};
+  }
+  if (of_a.free().separation > found.free.axis.separation) found.free = {of_a.free(), true, false};
+  CylinderAxis axis;
+  axis.kind = CylinderAxis::RIM;
+  axis.normal = rims.refined(first.normal);
+  axis.on_cylinder = a(Vec3(-axis.normal)).point;
+  axis.on_other = b(axis.normal).point;
+  const Vec3 apart = axis.on_cylinder - axis.on_other;
+  axis.separation = axis.normal.dot(apart);
+  const bool meet = (apart - axis.separation * axis.normal).norm() <= tolerance;
+  const double best = std::max(found.free.axis.separation, found.flat.axis.separation - preference);
+  if (!(axis.separation > (meet ? best : best + preference))) return found;
+  found.free = {axis, true, true};
+  return found;
 }
 
 // Two caps face to face: rim points of each over the other, and where the rims cross.
@@ -74,6 +103,18 @@ void cap_on_cap(const PlacedCylinder& a, bool upper_a, const PlacedCylinder& b, 
     if (!a_inside && (b_inside || over > -tolerance)) continue;
     add(p - n.dot(p - center_b) * n, PlacedCylinder::rim_point_feature(upper_a, k), face_b);
   }
+  // With a slight tilt the deepest point is where a rim points down most.
+  Vec3 down;
+  if (a.across(n).norm() > tolerance::coincident && a.radial(-n, down)) {
+    const Vec3 lowest = center_a + a.radius * down;
+    if (b.across(lowest - center_b).norm() <= b.radius + tolerance) {
+      add(lowest - n.dot(lowest - center_b) * n, PlacedCylinder::rim_feature(upper_a), face_b);
+    }
+    const Vec3 highest = center_b + b.radius * b.across(down).normalized();
+    if (a.across(highest - center_a).norm() <= a.radius + tolerance) {
+      add(highest, face_a, PlacedCylinder::rim_feature(upper_b));
+    }
+  }
   if (a_inside) return;
   for (int k = 0; k < PlacedCylinder::rim_points; ++k) {
     const Vec3 p = center_b + b.radius * b.rim_direction(k);
@@ -92,33 +133,107 @@ void cap_on_cap(const PlacedCylinder& a, bool upper_a, const PlacedCylinder& b, 
   }
 }
 
-void side_by_side(const PlacedCylinder& a, const PlacedCylinder& b, const ConvexAxis& axis,
+// The sides along each other: both ends of the common part. False: there is none, or it is not
+// where the two are nearest.
+bool side_by_side(const PlacedCylinder& a, const PlacedCylinder& b, const CylinderAxis& axis,
                   double tolerance, std::vector<ManifoldPoint>& points) {
-  ManifoldPoint p;
-  p.normal = axis.normal;
-  p.separation = axis.separation;
-  p.feature_a = p.feature_b = PlacedCylinder::side_feature();
-  if (a.axis.cross(b.axis).norm() > tolerance::parallel) {
-    Vec3 on_a, on_b;
-    closest_on_lines(a.center, a.axis, b.center, b.axis, on_a, on_b);
-    p.point_a = on_a - a.radius * axis.normal;
-    p.point_b = on_b + b.radius * axis.normal;
-    p.normal_owner = NormalOwner::EDGES;
-    points.push_back(p);
-    return;
-  }
-  const double middle = b.axis.dot(a.center - b.center);
-  const double low = std::max(-b.half, middle - a.half), high = std::min(b.half, middle + a.half);
-  if (!(high - low > tolerance)) return;
+  Vec3 outward;
+  if (a.part_facing(-axis.normal) != Part::SIDE || !a.radial(axis.normal, outward)) return false;
+  const Vec3 line = a.center - a.radius * outward;
+  SideOverlap side;
+  if (!side_overlap(b, axis.normal, line, a.axis, a.half, tolerance, side)) return false;
+  const Vec3& n = side.normal;
+  const double proven = n.dot(a(Vec3(-n)).point - b(n).point);
+  if (proven < axis.separation - tolerance) return false;
+  if (std::min(side.separation[0], side.separation[1]) > axis.separation + tolerance) return false;
   const bool same_way = a.axis.dot(b.axis) > 0.0;
-  for (const double at : {high, low}) {
-    p.point_b = b.center + at * b.axis + b.radius * axis.normal;
-    p.point_a = p.point_b + axis.separation * axis.normal;
-    const bool top = at == high, of_b = std::abs(at) == b.half;
-    p.feature_b = of_b ? PlacedCylinder::rim_feature(top) : PlacedCylinder::side_feature();
-    p.feature_a =
-        of_b ? PlacedCylinder::side_feature() : PlacedCylinder::rim_feature(top == same_way);
+  for (int i = 0; i < 2; ++i) {
+    ManifoldPoint p;
+    p.normal = n;
+    p.separation = side.separation[i];
+    p.point_a = line + side.t[i] * a.axis;
+    p.point_b = p.point_a - p.separation * n;
+    const bool of_b = side.of_cylinder[i];
+    p.feature_b =
+        of_b ? PlacedCylinder::rim_feature((i == 0) == same_way) : PlacedCylinder::side_feature();
+    p.feature_a = of_b ? PlacedCylinder::side_feature() : PlacedCylinder::rim_feature(i == 0);
     points.push_back(p);
+  }
+  return true;
+}
+
+// The one point of an axis that is no cap's.
+ManifoldPoint single_contact(const PlacedCylinder& a, const PlacedCylinder& b,
+                             const PairAxis& found) {
+  const auto feature = [](const PlacedCylinder& c, const Vec3& toward) {
+    return c.part_facing(toward) == Part::SIDE
+               ? PlacedCylinder::side_feature()
+               : PlacedCylinder::rim_feature(c.axis.dot(toward) > 0.0);
+  };
+  ManifoldPoint p;
+  p.normal = found.axis.normal;
+  p.separation = found.axis.separation;
+  p.point_a = found.on_a();
+  p.point_b = found.on_b();
+  p.feature_a = feature(a, -p.normal);
+  p.feature_b = feature(b, p.normal);
+  if (found.axis.kind == CylinderAxis::CROSSING) p.normal_owner = NormalOwner::EDGES;
+  return p;
+}
+
+// The deepest point alone, should rounding leave nothing over a cap.
+ManifoldPoint deepest_contact(const PlacedCylinder& a, const PlacedCylinder& b,
+                              const PairAxis& found) {
+  ManifoldPoint p;
+  p.normal = found.axis.normal;
+  p.separation = found.axis.separation;
+  const bool upper = found.axis.feature == 0;
+  // Of a cap that lies flat, the point nearest the other's axis.
+  const auto farthest = [](const PlacedCylinder& c, const Vec3& toward, const Vec3& other) -> Vec3 {
+    if (c.part_facing(toward) != Part::CAP) return c(toward).point;
+    const Vec3 cap = c.cap_center(c.axis.dot(toward) > 0.0), aside = c.across(other - cap);
+    const double distance = aside.norm();
+    return distance > c.radius ? Vec3(cap + (c.radius / distance) * aside) : Vec3(cap + aside);
+  };
+  if (found.of_a) {
+    p.point_b = farthest(b, p.normal, a.center);
+    p.point_a = p.point_b + p.separation * p.normal;
+    p.feature_a = PlacedCylinder::cap_feature(upper);
+    p.feature_b = PlacedCylinder::rim_feature(b.axis.dot(p.normal) > 0.0);
+    p.normal_owner = NormalOwner::A;
+  } else {
+    p.point_a = farthest(a, -p.normal, b.center);
+    p.point_b = p.point_a - p.separation * p.normal;
+    p.feature_a = PlacedCylinder::rim_feature(a.axis.dot(p.normal) < 0.0);
+    p.feature_b = PlacedCylinder::cap_feature(upper);
+    p.normal_owner = NormalOwner::B;
+  }
+  return p;
+}
+
+void flat_contacts(const PlacedCylinder& a, const PlacedCylinder& b, const PairAxis& found,
+                   double margin, double tolerance, std::vector<ManifoldPoint>& points) {
+  const Vec3& n = found.axis.normal;
+  const bool upper = found.axis.feature == 0;
+  const auto region = [&](const PlacedCylinder& c) {
+    return PlanarRegion{c.cap_normal(upper), c.cap_center(upper),
+                        PlacedCylinder::cap_feature(upper), nullptr, c.radius};
+  };
+  const PlacedCylinder& other = found.of_a ? b : a;
+  const Vec3 toward = found.of_a ? n : Vec3(-n);  // from the cap outward to it, reversed
+  if (other.part_facing(toward) == Part::CAP) {
+    const bool facing = other.axis.dot(toward) > 0.0;
+    if (found.of_a) {
+      cap_on_cap(b, facing, a, upper, margin, tolerance, points);
+      mirror(points);
+    } else {
+      cap_on_cap(a, facing, b, upper, margin, tolerance, points);
+    }
+  } else if (found.of_a) {
+    cylinder_on_region(b, region(a), margin, tolerance, points);
+    mirror(points);
+  } else {
+    cylinder_on_region(a, region(b), margin, tolerance, points);
   }
 }
 
@@ -131,50 +246,32 @@ void contacts_cylinder_cylinder(const Cylinder& shape_a, const Placement& at_a,
   const PlacedCylinder a(shape_a, at_a), b(shape_b, at_b);
   const double small = std::min(a.size(), b.size()), large = std::max(a.size(), b.size());
   const double tolerance = tolerance::coincident * small + 1e-14 * large;
-  const ConvexAxis axis = find_axis(a, b, small, margin);
-  if (axis.beyond || !(axis.separation <= margin)) return;
+  const double preference = tolerance::axis_preference * small + 1e-15 * large;
+  const AxisSearch search(a, b, small);
+  const ConvexAxis first = search.first(a.center - b.center, margin);
+  if (first.beyond) return;
+  const PairSearch found = find_axis(a, b, first, search, preference, tolerance);
+  const bool flat = found.flat.axis.separation >= found.free.axis.separation - preference;
+  const CylinderAxis& axis = flat ? found.flat.axis : found.free.axis;
+  if (!(axis.separation <= margin)) return;
   points.clear();
-  const Vec3& n = axis.normal;
-  const Part part_a = a.part_facing(-n), part_b = b.part_facing(n);
-  const bool upper_a = a.axis.dot(n)<0.0, upper_b = b.axis.dot(n)> 0.0;
-  if (part_a == Part::CAP && part_b == Part::CAP) {
-    cap_on_cap(a, upper_a, b, upper_b, margin, tolerance, points);
-  } else if (part_b == Part::CAP) {
-    PlanarRegion region{b.cap_normal(upper_b), b.cap_center(upper_b),
-                        PlacedCylinder::cap_feature(upper_b), nullptr, b.radius};
-    cylinder_on_region(a, region, margin, tolerance, points);
-  } else if (part_a == Part::CAP) {
-    PlanarRegion region{a.cap_normal(upper_a), a.cap_center(upper_a),
-                        PlacedCylinder::cap_feature(upper_a), nullptr, a.radius};
-    cylinder_on_region(b, region, margin, tolerance, points);
-    mirror(points);
-  } else if (part_a == Part::SIDE && part_b == Part::SIDE) {
-    side_by_side(a, b, axis, tolerance, points);
-  }
-  double least = std::numeric_limits<double>::infinity();
-  for (const ManifoldPoint& p : points) least = std::min(least, p.separation);
-  if (least > axis.separation + tolerance) {
-    points.clear();
-    ManifoldPoint p;
-    p.normal = n;
-    p.separation = axis.separation;
-    if (axis.certain && !axis.fixed) {
-      p.point_a = axis.on_a;
-      p.point_b = axis.on_b;
-    } else if (part_a == Part::RIM) {
-      p.point_a = a(Vec3(-n)).point;
-      p.point_b = p.point_a - axis.separation * n;
-    } else {
-      p.point_b = b(n).point;
-      p.point_a = p.point_b + axis.separation * n;
+  const auto least = [&] {
+    double s = std::numeric_limits<double>::infinity();
+    for (const ManifoldPoint& p : points) s = std::min(s, p.separation);
+    return s;
+  };
+  if (flat) {
+    flat_contacts(a, b, found.flat, margin, tolerance, points);
+    if (least() > axis.separation + tolerance) {
+      points.clear();
+      points.push_back(found.free.axis.separation >= axis.separation - tolerance
+                           ? single_contact(a, b, found.free)
+                           : deepest_contact(a, b, found.flat));
     }
-    p.feature_a = part_a == Part::SIDE ? PlacedCylinder::side_feature()
-                                       : PlacedCylinder::rim_feature(upper_a);
-    p.feature_b = part_b == Part::SIDE ? PlacedCylinder::side_feature()
-                                       : PlacedCylinder::rim_feature(upper_b);
-    points.push_back(p);
+  } else if (found.free.rims || !side_by_side(a, b, axis, tolerance, points)) {
+    points.push_back(single_contact(a, b, found.free));
   }
-  reduce_cloud(points, n, out);
+  reduce_cloud(points, axis.normal, out);
 }
 
 }  // namespace rb

@@ -27,14 +27,27 @@ struct PlacedCylinder {
   Vec3 cap_center(bool upper) const { return center + (upper ? half : -half) * axis; }
   Vec3 cap_normal(bool upper) const { return upper ? axis : Vec3(-axis); }
   Vec3 across(const Vec3& d) const { return d - axis.dot(d) * axis; }
+  // Unit vector of the part of d across the axis; false within rounding of the axis. Little is left
+  // of a steep d: once more makes that little perpendicular to its own rounding.
+  bool radial(const Vec3& d, Vec3& direction) const {
+    const double along = axis.dot(d);
+    direction = d - along * axis;
+    double length_sq = direction.squaredNorm();
+    if (length_sq < 1e-6 * along * along) {
+      direction = across(direction);
+      length_sq = direction.squaredNorm();
+      if (!(length_sq > 1e-28 * along * along)) return false;
+    }
+    if (!(length_sq > 0.0)) return false;
+    direction /= std::sqrt(length_sq);
+    return true;
+  }
 
   SupportPoint operator()(const Vec3& d) const {
-    const double along = axis.dot(d);
-    const Vec3 radial = d - along * axis;
-    const double length = radial.norm();
-    const Vec3 cap = cap_center(along >= 0.0);
-    if (!(length > 1e-14 * std::abs(along))) return {cap, 0};
-    return {cap + (radius / length) * radial, 0};
+    const Vec3 cap = cap_center(axis.dot(d) >= 0.0);
+    Vec3 direction;
+    if (!radial(d, direction)) return {cap, 0};
+    return {cap + radius * direction, 0};
   }
 
   // What of the cylinder lies farthest along the unit vector d.

@@ -1,10 +1,10 @@
 // Cylinder against box or hull.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
-#include "collision/closest.hpp"
-#include "collision/convex_axis.hpp"
+#include "collision/cylinder_axis.hpp"
 #include "collision/cylinder_contacts.hpp"
 #include "collision/pairs.hpp"
 #include "collision/polytope.hpp"
@@ -14,153 +14,213 @@ namespace rb {
 
 namespace {
 
-constexpr int few_faces = 12;  // up to so many, every face is tried
-
-// Calls visit(other vertex, vector to it) for the edges at a vertex.
-template <class Visit>
-void for_each_edge_from(const Polytope& b, int vertex, const Visit& visit) {
-  const HullData& hull = b.topology();
-  for (int i = hull.neighbor_first[vertex]; i < hull.neighbor_first[vertex + 1]; ++i) {
-    visit(hull.neighbors[i], b.vertex(hull.neighbors[i]) - b.vertex(vertex));
-  }
+AxisEdge axis_edge(const Polytope& b, int e) {
+  const HullEdge& edge = b.topology().edges[e];
+  const Vec3 tail = b.vertex(edge.tail), along = b.vertex(edge.head) - tail;
+  const double length = along.norm();
+  return {tail, along / length, length, 0.0, e};
 }
 
-ConvexAxis find_axis(const PlacedCylinder& a, const Polytope& b, double size, double margin) {
-  const AxisSearch search(a, b, size);
-  ConvexAxis axis = search.first(a.center - b.center(), margin);
-  if (axis.beyond) return axis;
-  const HullData& hull = b.topology();
-  const Vec3 first = axis.normal;
-  const int vertex = b.farthest(first);
-  const auto refine = [&] {
-    for_each_edge_from(b, vertex, [&](int, const Vec3& edge) { search.refine_across(edge, axis); });
-    search.refine_across(a.axis, axis);
-    search.refine(axis);
-  };
-  if (axis.apart && !axis.certain) refine();
-  if (b.face_count() <= few_faces) {
-    for (int f = 0; f < b.face_count(); ++f) search.offer(b.normal(f), axis);
-  } else {
-    for (int i = hull.face_first[vertex]; i < hull.face_first[vertex + 1]; ++i) {
-      search.offer(b.normal(hull.faces_at[i]), axis);
+// The features of B, all or those around the vertices where the two are nearest.
+class FeatureSearch {
+ public:
+  FeatureSearch(const PlacedCylinder& a, const Polytope& b, double preference, double tolerance)
+      : a_(a), b_(b), search_(a, preference, tolerance) {}
+
+  CylinderAxisSearch& around(const Simplex& nearest) {
+    const auto each = [&](const auto& visit) {
+      for (int i = 0; i < nearest.size; ++i) visit(nearest.vertex[i].index_b);
+    };
+    each([&](int v) { b_.for_each_face_at(v, [&](int f) { face(f); }); });
+    caps(nearest.vertex[0].index_b);
+    each([&](int v) { corner(v); });
+    each([&](int v) { b_.for_each_edge_at(v, [&](int e) { edge(e); }); });
+    return search_;
+  }
+
+  CylinderAxisSearch& everywhere() {
+    for (int f = 0; f < b_.face_count(); ++f) face(f);
+    caps(0);
+    for (int v = 0; v < b_.vertex_count(); ++v) corner(v);
+    const int edges = static_cast<int>(b_.topology().edges.size());
+    for (int e = 0; e < edges; ++e) edge(e);
+    return search_;
+  }
+
+ private:
+  void face(int f) {
+    const Vec3 n = b_.normal(f);
+    search_.offer_flat(CylinderAxis::FACE, n, b_.height(f, a_(Vec3(-n)).point), f);
+  }
+  void caps(int start) {
+    for (const bool upper : {true, false}) {
+      const Vec3 n = -a_.cap_normal(upper);
+      const double separation = n.dot(a_.cap_center(upper) - b_.vertex(b_.farthest(n, start)));
+      search_.offer_flat(CylinderAxis::CAP, n, separation, upper ? 0 : 1);
     }
   }
-  search.offer(a.axis.dot(first) >= 0.0 ? a.axis : Vec3(-a.axis), axis);
-  for_each_edge_from(b, vertex, [&](int, const Vec3& edge) {
-    const Vec3 cross = a.axis.cross(edge);
-    const double length = cross.norm();
-    if (length <= tolerance::parallel_edges * edge.norm()) return;
-    search.offer(cross.dot(first) >= 0.0 ? Vec3(cross / length) : Vec3(-cross / length), axis);
-  });
-  if (!axis.fixed && !axis.apart) refine();
-  return axis;
-}
+  void corner(int v) {
+    search_.offer_corner(b_.vertex(v), v,
+                         [&](const Vec3& n) { return n.dot(b_.vertex(b_.farthest(n, v))); });
+  }
+  void edge(int e) {
+    const HullEdge& edge = b_.topology().edges[e];
+    const Vec3 left = b_.normal(edge.left), right = b_.normal(edge.right);
+    const AxisEdge placed = axis_edge(b_, e);
+    search_.offer_crossing(placed, left, right);
+    search_.offer_rim(placed, left, right);
+  }
+
+  const PlacedCylinder& a_;
+  const Polytope& b_;
+  CylinderAxisSearch search_;
+};
 
 // The vertex or edge of B that looks along the normal.
 std::uint32_t facing_feature(const Polytope& b, const Vec3& normal, int vertex, Vec3& along) {
   std::uint32_t feature = make_feature(FeatureType::VERTEX, vertex);
   along = Vec3::Zero();
   double least_slope = tolerance::parallel;
-  for_each_edge_from(b, vertex, [&](int other, const Vec3& edge) {
-    const double slope = std::abs(normal.dot(edge)) / edge.norm();
+  b.for_each_edge_at(vertex, [&](int e) {
+    const HullEdge& edge = b.topology().edges[e];
+    const Vec3 out = b.vertex(edge.tail == vertex ? edge.head : edge.tail) - b.vertex(vertex);
+    const double slope = std::abs(normal.dot(out)) / out.norm();
     if (!(slope <= least_slope)) return;
     least_slope = slope;
-    const int ends[2] = {vertex, other};
-    feature = b.feature_of(ends, 2);
-    along = edge;
+    feature = b.edge_feature(e);
+    along = out;
   });
   return feature;
 }
 
-void side_contacts(const PlacedCylinder& a, const Polytope& b, const ConvexAxis& axis, int vertex,
-                   double tolerance, std::vector<ManifoldPoint>& points) {
+// The side along a parallel edge: both ends of the common part. False: there is none, or it is not
+// where the two are nearest.
+bool side_by_side(const PlacedCylinder& a, const Polytope& b, const CylinderAxis& axis,
+                  double tolerance, std::vector<ManifoldPoint>& points) {
+  const int vertex = b.farthest(axis.normal);
   Vec3 edge;
+  ManifoldPoint p;
+  p.feature_b = facing_feature(b, axis.normal, vertex, edge);
+  const double length = edge.norm();
+  if (!(length > 0.0)) return false;
+  const Vec3 middle = b.vertex(vertex) + 0.5 * edge, along = edge / length;
+  SideOverlap side;
+  if (!side_overlap(a, -axis.normal, middle, along, 0.5 * length, tolerance, side)) return false;
+  p.normal = -side.normal;
+  const double proven = p.normal.dot(a(side.normal).point - b.vertex(b.farthest(p.normal, vertex)));
+  if (proven < axis.separation - tolerance) return false;
+  if (std::min(side.separation[0], side.separation[1]) > axis.separation + tolerance) return false;
+  const bool same_way = a.axis.dot(along) > 0.0;
+  for (const int i : same_way ? std::array{0, 1} : std::array{1, 0}) {
+    p.separation = side.separation[i];
+    p.point_b = middle + side.t[i] * along;
+    p.point_a = p.point_b + p.separation * p.normal;
+    const bool upper = (i == 0) == same_way;
+    p.feature_a = side.of_cylinder[i] ? PlacedCylinder::rim_feature(upper)
+                                      : make_feature(FeatureType::SMOOTH, upper ? 2 : 3);
+    points.push_back(p);
+  }
+  return true;
+}
+
+// The one point of an axis that belongs to neither a cap nor a face.
+ManifoldPoint single_contact(const PlacedCylinder& a, const Polytope& b, const CylinderAxis& axis) {
   ManifoldPoint p;
   p.normal = axis.normal;
   p.separation = axis.separation;
-  p.feature_a = PlacedCylinder::side_feature();
-  p.feature_b = facing_feature(b, axis.normal, vertex, edge);
-  const double length = edge.norm();
-  const Vec3 to_side = -a.radius * axis.normal;
-  const Vec3& corner = b.vertex(vertex);
-  if (length > 0.0 && a.axis.cross(edge).norm() > tolerance::parallel * length) {
-    Vec3 on_axis;
-    closest_on_lines(a.center, a.axis, corner, edge / length, on_axis, p.point_b);
-    p.point_a = on_axis + to_side;
-    p.normal_owner = NormalOwner::EDGES;
-    points.push_back(p);
-    return;
+  p.point_a = axis.on_cylinder;
+  p.point_b = axis.on_other;
+  p.feature_a = a.part_facing(-axis.normal) == PlacedCylinder::Part::SIDE
+                    ? PlacedCylinder::side_feature()
+                    : PlacedCylinder::rim_feature(a.axis.dot(axis.normal) < 0.0);
+  p.feature_b = axis.kind == CylinderAxis::CORNER ? make_feature(FeatureType::VERTEX, axis.feature)
+                                                  : b.edge_feature(axis.feature);
+  if (axis.kind == CylinderAxis::CROSSING) p.normal_owner = NormalOwner::EDGES;
+  return p;
+}
+
+// The deepest point alone, should rounding leave nothing over the face or under the cap.
+ManifoldPoint deepest_contact(const PlacedCylinder& a, const Polytope& b,
+                              const CylinderAxis& axis) {
+  ManifoldPoint p;
+  p.normal = axis.normal;
+  p.separation = axis.separation;
+  const bool upper = a.axis.dot(axis.normal) < 0.0;
+  if (axis.kind == CylinderAxis::FACE) {
+    p.point_a = a(Vec3(-axis.normal)).point;
+    p.point_b = p.point_a - axis.separation * axis.normal;
+    p.feature_a = PlacedCylinder::rim_feature(upper);
+    p.feature_b = make_feature(FeatureType::FACE, axis.feature);
+    p.normal_owner = NormalOwner::B;
+  } else {
+    const int vertex = b.farthest(axis.normal);
+    p.point_b = b.vertex(vertex);
+    p.point_a = p.point_b + axis.separation * axis.normal;
+    p.feature_a = PlacedCylinder::cap_feature(upper);
+    p.feature_b = make_feature(FeatureType::VERTEX, vertex);
+    p.normal_owner = NormalOwner::A;
   }
-  if (length > 0.0) {
-    // Side by side: both ends of the common part.
-    const double from = a.axis.dot(corner - a.center), to = from + a.axis.dot(edge);
-    const double low = std::max(-a.half, std::min(from, to));
-    const double high = std::min(a.half, std::max(from, to));
-    if (high - low > tolerance) {
-      for (const double at : {high, low}) {
-        p.point_a = a.center + at * a.axis + to_side;
-        p.point_b = p.point_a - axis.separation * axis.normal;
-        p.feature_a = std::abs(at) == a.half
-                          ? PlacedCylinder::rim_feature(at > 0.0)
-                          : make_feature(FeatureType::SMOOTH, at == high ? 2 : 3);
-        points.push_back(p);
-      }
-      return;
-    }
+  return p;
+}
+
+void flat_contacts(const PlacedCylinder& a, const Polytope& b, const CylinderAxis& axis,
+                   double margin, double tolerance, std::vector<ManifoldPoint>& points) {
+  static thread_local std::vector<PolygonCorner> corners;
+  if (axis.kind == CylinderAxis::FACE) {
+    const FacePolygon polygon = b.polygon(axis.feature, corners);
+    const PlanarRegion region{polygon.normal, corners[0].point, polygon.face, &polygon, 0.0};
+    cylinder_on_region(a, region, margin, tolerance, points);
+  } else {
+    const FacePolygon polygon =
+        b.polygon(b.opposing_face(-axis.normal, b.farthest(axis.normal)), corners);
+    polygon_on_cap(a, axis.feature == 0, polygon, CapNormal::OF_CAP, margin, tolerance, points);
   }
-  p.point_b = corner;
-  p.point_a = corner + axis.separation * axis.normal;
-  points.push_back(p);
 }
 
 void contacts(const Cylinder& shape, const Placement& at, const Polytope& b, double margin,
               Manifold& out) {
   static thread_local std::vector<ManifoldPoint> points;
-  static thread_local std::vector<PolygonCorner> corners;
   const PlacedCylinder a(shape, at);
   const double small = std::min(a.size(), b.size()), large = std::max(a.size(), b.size());
   const double tolerance = tolerance::coincident * small + 1e-14 * large;
-  const ConvexAxis axis = find_axis(a, b, small, margin);
-  if (axis.beyond || !(axis.separation <= margin)) return;
-  points.clear();
-  const Vec3& n = axis.normal;
-  const int vertex = b.farthest(n);
-  const int face = b.opposing_face(-n, vertex);
-  const FacePolygon polygon = b.polygon(face, corners);
-  const PlacedCylinder::Part part = a.part_facing(-n);
-  const bool on_face =
-      (polygon.normal - n).squaredNorm() <= tolerance::parallel * tolerance::parallel;
-  if (on_face) {
-    PlanarRegion region{polygon.normal, corners[0].point, polygon.face, &polygon, 0.0};
-    cylinder_on_region(a, region, margin, tolerance, points);
-  } else if (part == PlacedCylinder::Part::CAP) {
-    polygon_on_cap(a, a.axis.dot(n) < 0.0, polygon, margin, tolerance, points);
-  } else if (part == PlacedCylinder::Part::SIDE) {
-    side_contacts(a, b, axis, vertex, tolerance, points);
-  }
-  double least = std::numeric_limits<double>::infinity();
-  for (const ManifoldPoint& p : points) least = std::min(least, p.separation);
-  if (least > axis.separation + tolerance) {
-    // Rim against edge or corner, and whatever the cases above left out: one point.
-    points.clear();
-    Vec3 edge;
-    ManifoldPoint p;
-    p.normal = n;
-    p.separation = axis.separation;
-    if (axis.certain && !axis.fixed) {
-      p.point_a = axis.on_a;
-      p.point_b = axis.on_b;
-    } else {
-      p.point_a = a(Vec3(-n)).point;
-      p.point_b = p.point_a - axis.separation * n;
+  const double preference = tolerance::axis_preference * small + 1e-15 * large;
+  const GjkResult nearest =
+      gjk(a, b, Vec3(a.center - b.center()), margin, 1e-9 * small, 1e-14, 1e-13 * small);
+  if (nearest.status == GjkStatus::BEYOND) return;
+  const auto find = [&] {
+    if (nearest.status == GjkStatus::SEPARATED) {
+      FeatureSearch search(a, b, preference, tolerance);
+      const CylinderAxisSearch& found = search.around(nearest.simplex);
+      // No two points are nearer than an axis proves.
+      if (found.best().separation >= nearest.distance - preference) return found;
     }
-    p.feature_a = part == PlacedCylinder::Part::SIDE
-                      ? PlacedCylinder::side_feature()
-                      : PlacedCylinder::rim_feature(a.axis.dot(n) < 0.0);
-    p.feature_b = facing_feature(b, n, vertex, edge);
-    points.push_back(p);
+    FeatureSearch search(a, b, preference, tolerance);
+    return search.everywhere();
+  };
+  const CylinderAxisSearch found = find();
+  const CylinderAxis& axis = found.best();
+  if (!(axis.separation <= margin)) return;
+  points.clear();
+  const auto least = [&] {
+    double s = std::numeric_limits<double>::infinity();
+    for (const ManifoldPoint& p : points) s = std::min(s, p.separation);
+    return s;
+  };
+  const bool free_known = found.free().kind != CylinderAxis::NONE;
+  if (found.prefers_flat()) {
+    flat_contacts(a, b, axis, margin, tolerance, points);
+    if (least() > axis.separation + tolerance) {
+      points.clear();
+      if (free_known && found.free().separation >= axis.separation - tolerance) {
+        points.push_back(single_contact(a, b, found.free()));
+      } else {
+        points.push_back(deepest_contact(a, b, axis));
+      }
+    }
+  } else if (!side_by_side(a, b, axis, tolerance, points)) {
+    points.push_back(single_contact(a, b, axis));
   }
-  reduce_cloud(points, n, out);
+  reduce_cloud(points, axis.normal, out);
 }
 
 }  // namespace

@@ -64,6 +64,8 @@ class ConvexPair {
     if (plane_is_b_) radius_b = reach;
     const double wa = motion_a.max_angular_speed(), wb = motion_b.max_angular_speed();
     turning_speed_ = wa * radius_a + wb * radius_b;
+    angular_speed_ = wa + wb;
+    arms_ = radius_a + radius_b;
     curvature_ = motion_a.max_linear_acceleration() + motion_b.max_linear_acceleration() +
                  (wa * wa + motion_a.max_angular_acceleration()) * radius_a +
                  (wb * wb + motion_b.max_angular_acceleration()) * radius_b;
@@ -84,6 +86,14 @@ class ConvexPair {
   double size() const { return size_; }
   double speed(double t) const {
     return motion_a_.max_linear_speed(t) + motion_b_.max_linear_speed(t) + turning_speed_;
+  }
+
+  bool has_plane() const { return plane_is_a_ || plane_is_b_; }
+  double angular_speed() const { return angular_speed_; }
+  // The same bound for an axis that turns at `rate` (rad/s): d^2/dt^2 (n . x) has two more terms.
+  double curvature(double rate, double t) const {
+    const double apart = (motion_a_.center(t) - motion_b_.center(t)).norm() + arms_;
+    return curvature_ + 2.0 * rate * speed(t) + rate * rate * apart;
   }
 
   DistanceResult distance_at(double t) const {
@@ -112,7 +122,7 @@ class ConvexPair {
   const Sweep& motion_b_;
   double t_max_;
   bool plane_is_a_, plane_is_b_;
-  double size_, turning_speed_, curvature_;
+  double size_, turning_speed_, angular_speed_, arms_, curvature_;
 };
 
 // First root in (0, h) of f0 + (f1 - f0) s / h - C s (h - s) / 2, or h when it stays positive.
@@ -242,14 +252,31 @@ class Search {
       }
       // A shorter trial makes a better chord; worth it until the step takes most of it.
       if (step >= 0.25 * h || h <= slow) {
-        if (t_ + step == t_) result_.time = t_;
-        t_ += step;
+        const double taken = std::max(step, followed_step(std::min(gap, f0), n, step));
+        if (t_ + taken == t_) result_.time = t_;
+        t_ += taken;
         approaching_ = true;
         trial_ = 4.0 * step;
         return;
       }
       h = std::max({2.0 * step, 0.125 * h, slow});
     }
+  }
+
+  // Edges that turn against each other lose along a fixed axis what their normal, turning with
+  // them, keeps. The same step for an axis that turns from n to the normal a little later; 0 where
+  // `fixed`, the step along the fixed axis, is not short of what curvature allows.
+  double followed_step(double gap, const Vec3& n, double fixed) {
+    if (pair_.has_plane()) return 0.0;
+    const double expected = pair_.curvature(pair_.angular_speed(), t_);
+    const double h = std::min(pair_.t_max() - t_, std::sqrt(8.0 * gap / expected));
+    if (!(fixed < 0.2 * h)) return 0.0;
+    query(t_ + h);
+    const double chord = (nearest_.normal - n).norm();
+    if (!(chord < 0.7)) return 0.0;
+    constexpr double arc = 1.03;  // an arc is at most so much longer than such a chord
+    const double curvature = pair_.curvature(arc * chord / h, t_);
+    return certified_step(gap, pair_.gap_along(nearest_.normal, t_ + h), h, curvature);
   }
 
   // From a gap too small for normals: find the sign change of the distance, or the way out of the

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "body/free_motion.hpp"
+#include "collision/iteration_caps.hpp"
 #include "world/advance.hpp"
 #include "world/detect.hpp"
 #include "world/kinematic.hpp"
@@ -34,6 +35,7 @@ void add_stats(Stats& sum, const Stats& more) {
   sum.events += more.events;
   sum.impacts += more.impacts;
   sum.capped += more.capped;
+  sum.queries_capped += more.queries_capped;
   sum.islands += more.islands;
 }
 
@@ -49,7 +51,10 @@ void advance_island(World& world, const Island& island, IslandWorkspace& work) {
     advance.contacts.push_back(c);
   }
   if (!edges.empty()) advance.stats.islands = 1;
-  advance.run(world.settings.dt);
+  {
+    const IterationCapCounter caps(advance.stats.queries_capped);
+    advance.run(world.settings.dt);
+  }
   if (advance.found_again) {
     for (const std::int32_t i : edges) world.work.replaced[i] = 1;
     work.any_replaced = true;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <variant>
 
+#include "collision/iteration_caps.hpp"
 #include "collision/queries.hpp"
 #include "contact/builder.hpp"
 #include "world/step.hpp"
@@ -189,19 +190,23 @@ void find_all_contacts(World& world, std::vector<Contact>& out) {
   constexpr std::size_t worth_sharing = 128;  // pairs: below, waking a thread costs more
   const std::size_t count = world.pairs.size();
   if (world.settings.threads == 1 || count < worth_sharing) {
+    const IterationCapCounter caps(world.stats.queries_capped);
     append_pairs(world, 0, count, world.work.threads[0].points, out);
     return;
   }
   StepWorkspace& work = world.work;
   const std::size_t blocks = (count + block - 1) / block;
   if (work.found.size() < blocks) work.found.resize(blocks);
+  std::vector<int> capped(work.threads.size(), 0);
   workers_of(world).run(blocks, [&](int worker, std::size_t b) {
+    const IterationCapCounter caps(capped[worker]);
     work.found[b].clear();
     append_pairs(world, b * block, std::min(count, (b + 1) * block), work.threads[worker].points,
                  work.found[b]);
   });
   for (std::size_t b = 0; b < blocks; ++b)
     out.insert(out.end(), work.found[b].begin(), work.found[b].end());
+  for (const int met : capped) world.stats.queries_capped += met;
 }
 
 }  // namespace

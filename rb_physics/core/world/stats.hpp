@@ -15,6 +15,7 @@ struct Stats {
   int impacts = 0;        // impact-law solves
   int corrections = 0;    // position corrections (they change no velocity)
   int capped = 0;         // islands that met max_work or max_events: their answer is as reported
+  int queries_capped = 0;  // geometric queries whose iterations ran out: they answer less exactly
   int retries = 0;        // times the step was taken back for a meeting nobody looked for
   double max_penetration = 0.0;  // m, at the end of the step
   double energy_error = 0.0;     // kinetic energy contact solves gained, relative; 0 when none did
