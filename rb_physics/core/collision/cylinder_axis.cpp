@@ -41,13 +41,17 @@ class RimArc {
     const double noise =
         4.0 * epsilon * ((cap_ - tail_).norm() + cylinder_.radius + cylinder_.half);
     Vec3 n = (low + high).normalized();
+    double slope_before = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 100; ++i) {
       const Sample here = at(n);
       if (std::abs(here.slope) <= noise) break;
       (here.slope > 0.0 ? low : high) = n;
       const Vec3 m = forward_.cross(n);
       const double bend = -here.separation - cylinder_.curvature(n, m, m);
-      const double step = bend < 0.0 ? -here.slope / bend : 0.0;
+      // Steps that bring little (near the axis a rim turns fast) give way to halving.
+      const bool brisk = bend < 0.0 && std::abs(here.slope) < 0.5 * slope_before;
+      const double step = brisk ? -here.slope / bend : 0.0;
+      slope_before = std::abs(here.slope);
       if (step != 0.0 && std::abs(step) <= epsilon) break;
       Vec3 next = (n + step * m).normalized();
       if (!(forward_.dot(low.cross(next)) > 0.0 && forward_.dot(next.cross(high)) > 0.0)) {
