@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -16,7 +16,7 @@ from .lockstep import Lockstep
 from .refused import MalformedMessageError, RefusedInputError
 from .transform_tree import TransformTree
 from .wrench_frames import WrenchFrames
-from .wrench_inputs import Perform, WrenchInputs, WrenchSource
+from .wrench_inputs import HeldWrenches, Perform, WrenchInputs, WrenchSource
 
 Complain = Callable[[str, str], None]  # key for throttling, text
 
@@ -50,6 +50,7 @@ class Inputs:
         self.motions = KinematicInputs(world.settings.dt, cmd_vel_timeout)
         self.transforms = TransformTree()
         self.lockstep = Lockstep() if lockstep else None
+        self._batches: defaultdict[str, Any] = defaultdict(decoders.MultiDofJointsDecoder)
         self.fit(world, topics)
 
     def fit(self, world: Any, topics: Sequence[Topic]) -> None:
@@ -136,16 +137,17 @@ class Inputs:
         wrench = self.wrenches.resolve(body, message.frame_id, values[:3], values[3:])
         if self.lockstep is not None:
             self.lockstep.admit((), topic.name, message.time_ns, round(world.time * 1e9))
-        self.wrenches.hold(topic.name, {body: wrench})
+        self.wrenches.hold(topic.name, HeldWrenches.of(body, wrench))
 
     def _receive_wrenches(
         self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
     ) -> None:
-        message = self._decoded(topic, data, decoders.decode_multi_dof_joints)
-        rows = message.wrenches.tolist()
-        wrenches = self.wrenches.resolve_batch(topic.name, message.frame_id, message.names, rows)
+        message = self._decoded(topic, data, self._batches[topic.name].decode)
+        wrenches = self.wrenches.resolve_batch(
+            topic.name, message.frame_id, message.names, message.wrenches
+        )
         if self.lockstep is not None:
-            instead_of = [self._first_source[b] for b in wrenches if b in self._first_source]
+            instead_of = [self._first_source[b] for b in wrenches.bodies if b in self._first_source]
             self.lockstep.admit(instead_of, topic.name, message.time_ns, round(world.time * 1e9))
         self.wrenches.hold(topic.name, wrenches)
 

@@ -21,7 +21,7 @@ from rb_physics.recording.topics import Topic
 from .conversions import message_class, qos_profile
 
 CLOCK_REPEAT = 1.0  # s of wall time between repetitions of /clock while time stands still
-LOOK, LOOK_AGAIN = 0.05, 1.0  # s between looks for subscribers: while there are none, and some
+LOOK, LOOK_AGAIN = 0.1, 1.0  # s between looks for subscribers: while there are none, and some
 AT_ONCE = 12  # messages after one step that may be sent before the next one
 FAREWELL = 0.5  # s of wall time at most to wait for readers at the end
 OPERATIONS_DEPTH = 1000  # messages of ~/operations a slow reader may lag behind

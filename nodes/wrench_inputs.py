@@ -7,8 +7,11 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .refused import RefusedBodyError, RefusedValueError
-from .wrench_frames import BODY_PATTERN, BodyWrench, Vector, WrenchFrames
+from .wrench_frames import BODY_PATTERN, COM, WORLD, BodyWrench, Vector, WrenchFrames
 
 FOREVER = -1.0
 Perform = Callable[..., None]  # changes the world by an operation's name and arguments, logging it
@@ -20,6 +23,20 @@ class WrenchSource:
 
     topic: str
     body: str | None  # None: a batched topic, a source of every body
+
+
+@dataclass(frozen=True)
+class HeldWrenches:
+    """What a message means: wrenches at the centres of mass of some bodies."""
+
+    bodies: tuple[str, ...]
+    in_body_axes: bool
+    values: NDArray[np.float64]  # (N, 6) N, N m
+
+    @classmethod
+    def of(cls, body: str, wrench: BodyWrench) -> HeldWrenches:
+        """A single one."""
+        return cls((body,), wrench.in_body_axes, np.array([[*wrench.force, *wrench.torque]]))
 
 
 class WrenchInputs:
@@ -39,7 +56,8 @@ class WrenchInputs:
         self._frames: dict[str, WrenchFrames] = {}
         self._rank: dict[str, int] = {}  # of a topic
         self._number: dict[tuple[str, str], int] = {}  # (topic, body) -> source among the body's
-        self._waiting: dict[str, dict[str, BodyWrench]] = {}  # topic -> wrench of each body
+        self._waiting: dict[str, HeldWrenches] = {}  # by topic
+        self._checked: tuple[str, ...] = ()  # bodies of a batch that are known to be right
         self._until: dict[tuple[str, str], float] = {}  # -> first step in which it acts no more
         self.set_timeout(timeout)
 
@@ -57,9 +75,12 @@ class WrenchInputs:
                 self._number[source.topic, body] = seen[body]
                 seen[body] += 1
         self._until = {key: until for key, until in self._until.items() if key in self._number}
-        for topic, wrenches in self._waiting.items():
-            for body in [body for body in wrenches if (topic, body) not in self._number]:
-                del wrenches[body]
+        self._checked = ()
+        for topic, held in list(self._waiting.items()):
+            left = [i for i, body in enumerate(held.bodies) if (topic, body) in self._number]
+            self._waiting[topic] = HeldWrenches(
+                tuple(held.bodies[i] for i in left), held.in_body_axes, held.values[left]
+            )
 
     def set_timeout(self, timeout: float) -> None:
         """How long wrenches that arrive from now on are held."""
@@ -81,8 +102,8 @@ class WrenchInputs:
         return self._frames[body].resolve(frame_id, force, torque)
 
     def resolve_batch(
-        self, topic: str, frame_id: str, bodies: Sequence[str], wrenches: Sequence[Sequence[float]]
-    ) -> dict[str, BodyWrench]:
+        self, topic: str, frame_id: str, bodies: tuple[str, ...], wrenches: NDArray[np.float64]
+    ) -> HeldWrenches:
         """The wrenches of a batched message; the literal NAME in `frame_id` stands for each body.
 
         Raises RefusedInputError: then nothing of the message acts.
@@ -92,64 +113,73 @@ class WrenchInputs:
                 f"message on {topic} refused: {len(bodies)} joint_names but {len(wrenches)} "
                 "wrenches; give one for each"
             )
-        resolved: dict[str, BodyWrench] = {}
+        if bodies is not self._checked:
+            self._check_names(topic, bodies)
+            self._checked = bodies
+        if frame_id in (WORLD, f"{BODY_PATTERN}/{COM}") and np.isfinite(wrenches).all():
+            return HeldWrenches(bodies, frame_id != WORLD, wrenches)
         pattern = frame_id == BODY_PATTERN or frame_id.startswith(f"{BODY_PATTERN}/")
-        for body, wrench in zip(bodies, wrenches, strict=True):
+        rows, in_body_axes = [], False
+        for body, (fx, fy, fz, tx, ty, tz) in zip(bodies, wrenches.tolist(), strict=True):
+            frame = body + frame_id.removeprefix(BODY_PATTERN) if pattern else frame_id
+            resolved = self.resolve(body, frame, (fx, fy, fz), (tx, ty, tz))
+            rows.append([*resolved.force, *resolved.torque])
+            in_body_axes = resolved.in_body_axes
+        return HeldWrenches(bodies, in_body_axes, np.array(rows).reshape(-1, 6))
+
+    def _check_names(self, topic: str, bodies: tuple[str, ...]) -> None:
+        for place, body in enumerate(bodies):
             if body not in self._frames:
                 raise RefusedBodyError(
                     f"message on {topic} refused: there is no dynamic body '{body}'; there are "
                     f"{', '.join(self._frames) or 'none'}"
                 )
-            if body in resolved:
+            if body in bodies[:place]:
                 raise RefusedBodyError(f"message on {topic} refused: '{body}' is named twice")
-            frame = body + frame_id.removeprefix(BODY_PATTERN) if pattern else frame_id
-            force, torque = tuple(wrench[:3]), tuple(wrench[3:])
-            resolved[body] = self.resolve(body, frame, force, torque)  # type: ignore[arg-type]
-        return resolved
 
-    def hold(self, topic: str, wrenches: Mapping[str, BodyWrench]) -> None:
+    def hold(self, topic: str, wrenches: HeldWrenches) -> None:
         """Let wrenches act from the next step on, instead of what the same source sent before."""
-        self._waiting[topic] = dict(wrenches)
+        self._waiting[topic] = wrenches
 
     def apply(self, step: int, perform: Perform) -> None:
         """Hand over what was held since the last step, in topic order; `step` is the next one."""
         if not self._waiting:
             return
         for topic in sorted(self._waiting, key=lambda name: self._rank.get(name, -1)):
-            wrenches = self._waiting[topic]
-            for key in [k for k in self._until if k[0] == topic and k[1] not in wrenches]:
+            held = self._waiting[topic]
+            named = set(held.bodies)
+            for key in [k for k in self._until if k[0] == topic and k[1] not in named]:
                 if step < self._until.pop(key):  # the batch names this body no longer
                     perform("clear_wrenches", body=key[1], source=self._number[key])
-            self._hand_over(topic, wrenches, perform)
+            self._hand_over(topic, held, perform)
             duration = self._duration
             until = math.inf if duration is None else step + max(1.0, duration / self._dt - 1e-6)
-            self._until.update({(topic, body): until for body in wrenches})
+            for body in held.bodies:
+                self._until[topic, body] = until
         self._waiting.clear()
 
-    def _hand_over(self, topic: str, wrenches: Mapping[str, BodyWrench], perform: Perform) -> None:
-        for in_body_axes in (False, True):
-            some = {b: w for b, w in wrenches.items() if w.in_body_axes == in_body_axes}
-            frame = "body" if in_body_axes else "world"
-            if len(some) == 1:
-                ((body, wrench),) = some.items()
-                perform(
-                    "apply_wrench",
-                    body=body,
-                    force=wrench.force,
-                    torque=wrench.torque,
-                    frame=frame,
-                    duration=self._duration,
-                    source=self._number[topic, body],
-                )
-            elif some:
-                perform(
-                    "apply_wrenches",
-                    bodies=list(some),
-                    sources=[self._number[topic, body] for body in some],
-                    wrenches=[[*wrench.force, *wrench.torque] for wrench in some.values()],
-                    frame=frame,
-                    duration=self._duration,
-                )
+    def _hand_over(self, topic: str, held: HeldWrenches, perform: Perform) -> None:
+        frame = "body" if held.in_body_axes else "world"
+        if len(held.bodies) == 1:
+            (body,) = held.bodies
+            perform(
+                "apply_wrench",
+                body=body,
+                force=held.values[0, :3],
+                torque=held.values[0, 3:],
+                frame=frame,
+                duration=self._duration,
+                source=self._number[topic, body],
+            )
+        elif held.bodies:
+            perform(
+                "apply_wrenches",
+                bodies=list(held.bodies),
+                sources=[self._number[topic, body] for body in held.bodies],
+                wrenches=held.values,
+                frame=frame,
+                duration=self._duration,
+            )
 
     def clear(self, step: int, perform: Perform) -> int:
         """Let go of every wrench; returns how many sources were pushing."""
@@ -163,5 +193,5 @@ class WrenchInputs:
     def active(self, step: int) -> int:
         """Number of sources that push in step `step`, counted for each body."""
         acting = {key for key, until in self._until.items() if step < until}
-        waiting = {(topic, body) for topic, bodies in self._waiting.items() for body in bodies}
+        waiting = {(topic, body) for topic, held in self._waiting.items() for body in held.bodies}
         return len(acting | waiting)

@@ -77,20 +77,36 @@ class MultiDofJoints(NamedTuple):
     wrenches: NDArray  # (N or 0, 6) N, N m
 
 
-def decode_multi_dof_joints(data: bytes) -> MultiDofJoints:
-    """Raises ValueError on malformed bytes."""
-    try:
-        reader = CdrReader(data)
-        time_ns, frame_id = reader.stamp(), reader.string()
-        names = tuple(reader.string() for _ in range(reader.count(4)))
-        rows = []
-        for width in (7, 6, 6):
-            count = reader.count(8 * width)
-            rows.append(np.array(reader.array("f8", count * width), "f8").reshape(count, width))
-        reader.end()
-    except ValueError as error:
-        raise ValueError(f"malformed sensor_msgs/msg/MultiDOFJointState: {error}") from None
-    return MultiDofJoints(time_ns, frame_id, names, *rows)
+class MultiDofJointsDecoder:
+    """Decodes messages of one topic; names that are those of the last message are not read again."""
+
+    def __init__(self) -> None:
+        self._prefix = b"\0"  # encapsulation and what lies between stamp and numbers
+        self._frame_id = ""
+        self._names: tuple[str, ...] = ()
+
+    def decode(self, data: bytes) -> MultiDofJoints:
+        """`names` is the same object as before when nothing in it has changed. Raises ValueError on
+        malformed bytes."""
+        try:
+            reader = CdrReader(data)
+            time_ns = reader.stamp()
+            end = 8 + len(self._prefix)
+            if data[:4] + data[12:end] == self._prefix:
+                reader.seek(end)
+            else:
+                self._frame_id = reader.string()
+                self._names = tuple(reader.string() for _ in range(reader.count(4)))
+                self._prefix = bytes(data[:4] + data[12 : reader.position])
+            rows = []
+            for width in (7, 6, 6):
+                count = reader.count(8 * width)
+                rows.append(np.array(reader.array("f8", count * width), "f8").reshape(count, width))
+            reader.end()
+        except ValueError as error:
+            self._prefix = b"\0"
+            raise ValueError(f"malformed sensor_msgs/msg/MultiDOFJointState: {error}") from None
+        return MultiDofJoints(time_ns, self._frame_id, self._names, *rows)
 
 
 def stack_doubles(

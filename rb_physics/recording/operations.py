@@ -170,14 +170,19 @@ _METHODS: dict[str, Callable[..., None]] = {
 }
 
 
+_PLAIN = (float, int, str, bool, type(None))
+
+
 def plain(value: Any) -> Any:
     """Arrays and tuples as lists, numpy numbers as Python's; nothing else changes."""
+    if type(value) in _PLAIN:
+        return value
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
+        return [v if type(v) in _PLAIN else plain(v) for v in value]
     if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items()}
     return value

@@ -5,7 +5,7 @@ import math
 import pytest
 from rb_physics_nodes.refused import RefusedValueError
 from rb_physics_nodes.wrench_frames import WrenchFrames
-from rb_physics_nodes.wrench_inputs import WrenchInputs, WrenchSource
+from rb_physics_nodes.wrench_inputs import HeldWrenches, WrenchInputs, WrenchSource
 
 import rb_physics as rb
 
@@ -22,7 +22,8 @@ def make(timeout, sources=("0", "1")):
 
 
 def hold(inputs, source, frame, force):
-    inputs.hold(str(source), {"box": inputs.resolve("box", frame, force, ZERO)})
+    wrench = inputs.resolve("box", frame, force, ZERO)
+    inputs.hold(str(source), HeldWrenches.of("box", wrench))
 
 
 class Floating:
