@@ -238,11 +238,6 @@ class CdrReader:
     def u32(self) -> int:
         return int(self.unpack("I")[0])
 
-    @property
-    def position(self) -> int:
-        """Index of the byte that is read next, but for padding."""
-        return self._position
-
     def seek(self, position: int) -> None:
         """Go on reading at `position`."""
         self._position = position
