@@ -57,6 +57,26 @@ def scenes() -> None:
 
 
 @main.command()
+@click.argument("scene", default="demo")
+@click.option(
+    "--topics",
+    "path",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Another topics.yaml than the packaged one.",
+)
+@click.option("--node", default="sim_node", show_default=True, help="Name of the node.")
+def topics(scene: str, path: Path | None, node: str) -> None:
+    """Print the topics that the node has for SCENE (demo), one line each, after checking the file."""
+    from .recording.topics import load_topics, topic_lines
+    from .scene import load_scene
+
+    table = load_topics(path)
+    for line in topic_lines(table.expand(load_scene(scene).build().bodies, node)):
+        click.echo(line)
+
+
+@main.command()
 @click.argument("scene")
 @click.option(
     "--duration",

@@ -26,6 +26,22 @@ def test_scenes_are_listed_with_their_descriptions() -> None:
     assert "A tower of 10 boxes at rest" in result.output
 
 
+def test_topics_are_listed_with_type_frame_rate_and_qos(tmp_path: Path) -> None:
+    result = call("topics", "single_box", "--node", "robots/sim")
+    assert result.exit_code == 0, result.output
+    lines = {line.split()[1]: line for line in result.output.splitlines()[1:]}
+    line = " ".join(lines["/robots/sim/bodies/box/contact_wrench"].split())
+    wrench = "geometry_msgs/msg/WrenchStamped"
+    assert line.endswith(f"{wrench} box/com 100 Hz reliable volatile 10")
+    assert lines["/robots/sim/bodies/box/wrench"].startswith("in")
+    assert "on change" in lines["/tf_static"]
+    bad = tmp_path / "topics.yaml"
+    bad.write_text("topics:\n  - {name: /clock, content: clok, type: x, direction: out}\n")
+    result = call("topics", "--topics", str(bad))
+    assert result.exit_code == 1
+    assert "topics.yaml:2: topics.0.content: 'clok' is not one of" in result.output
+
+
 def test_run_reports_steps_and_the_hash_of_the_same_run_in_python() -> None:
     result = call("run", "single_box", "--duration", "0.05")
     assert result.exit_code == 0, result.output

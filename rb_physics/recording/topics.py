@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -219,6 +219,28 @@ _KINDS = {
     "dynamic": ("dynamic",),
     "kinematic": ("kinematic",),
 }
+
+
+def topic_lines(topics: Sequence[Topic]) -> list[str]:
+    """A table of topics for people: direction, name, type, frame, rate, quality of service."""
+    rows = [("", "topic", "type", "frame", "rate", "qos")]
+    for topic in topics:
+        if topic.direction == "in" or topic.content in LATCHED:
+            rate = "" if topic.direction == "in" else "on change"
+        else:
+            rate = f"{topic.rate:g} Hz" if topic.rate else "every step"
+        frame = topic.frame
+        if topic.reference_point not in ("", frame):
+            frame += f" about {topic.reference_point}"
+        if topic.content == "cmd_tf":
+            frame = ", ".join(frame.replace("NAME", body) for body in topic.bodies)
+        qos = f"{topic.qos.reliability} {topic.qos.durability} {topic.qos.depth}"
+        rows.append((topic.direction, topic.name, topic.type, frame, rate, qos))
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
 
 
 def default_topics_path() -> Path:

@@ -1,12 +1,19 @@
 """The example nodes, each as a process of its own beside the simulator."""
 
 import math
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
 from geometry_msgs.msg import PoseArray
-from harness import NodeProcess, parameters, wait_for
+from harness import TIMEOUT, NodeProcess, operations_on, parameters, wait_for
 from nav_msgs.msg import Odometry
+from std_msgs.msg import String
 
 from rb_physics.recording.topics import default_topics_path
 
@@ -102,3 +109,36 @@ def test_keyboard_needs_a_terminal(domain):
         assert "start it in one" in node.output
     finally:
         node.close()
+
+
+def test_keys_of_a_terminal_push(simulator, domain):
+    sim = simulator()
+    poses = sim.client.collect(PoseArray, "/sim_node/poses")
+    operations = sim.client.collect(String, "/sim_node/operations")
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", EXAMPLES + "keyboard_wrench"]
+    arguments = parameters(topic="/sim_node/bodies/floater/wrench", force=20.0)
+    environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
+    process = subprocess.Popen(
+        [*command, *arguments], stdin=theirs, stdout=subprocess.DEVNULL, env=environment
+    )
+    try:
+        topic = "/sim_node/bodies/floater/wrench"
+        wait_for(lambda: sim.client.node.count_publishers(topic) > 0, "the example")
+
+        def pushed():
+            os.write(ours, b"x")  # no such key
+            os.write(ours, b"w")
+            time.sleep(0.05)
+            return operations_on(operations, "apply_wrench")
+
+        applied = wait_for(pushed, "a key to act")
+        assert applied[0]["arguments"]["force"] == [20.0, 0.0, 0.0]
+        wait_for(lambda: poses and poses[-1].poses[2].position.x > 3.01, "the ball to move")
+        process.send_signal(signal.SIGINT)
+        assert process.wait(TIMEOUT) == 0
+    finally:
+        process.kill()
+        process.wait()
+        os.close(ours)
+        os.close(theirs)
