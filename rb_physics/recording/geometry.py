@@ -76,8 +76,11 @@ def shape_parts(shape: Any) -> tuple[Part, ...]:
         return (Part("plane", (), _floats(position), _floats(from_z_axis(normal))),)
     if kind == "HeightField":
         return (_mesh(*height_field_mesh(shape.heights, shape.spacing)),)
-    if kind in ("ConvexHull", "TriangleMesh"):
+    if kind == "TriangleMesh":
         return (_mesh(shape.vertices, shape.triangles),)
+    if kind == "ConvexHull":
+        fans = [(f[0], f[i], f[i + 1]) for f in shape.faces for i in range(1, len(f) - 1)]
+        return (_mesh(shape.points, fans),)
     if kind == "Compound":
         return tuple(
             _moved(part, position, orientation)
