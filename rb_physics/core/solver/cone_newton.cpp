@@ -29,10 +29,9 @@ struct Newton {
       const ContactConstraint& c = problem.contacts[i];
       const FrictionCone& cone = cones[i];
       Reaction a = ws.anchor[i];
-      a.force -= (ws.slip[i].force + (relative_velocity(c, ws.v) - c.bias)) / eps;
+      a.force -= (ws.slip[i].force + relative_motion(c, ws.v)) / eps;
       if (cone.has_moment()) {
-        a.moment -=
-            (ws.slip[i].moment + cone.length * (relative_spin(c, ws.v) - c.angular_bias)) / eps;
+        a.moment -= (ws.slip[i].moment + cone.length * relative_turning(c, ws.v)) / eps;
       }
       ReactionDerivative* d = with_derivative ? &ws.d[i] : nullptr;
       ws.argument[i] = a;
@@ -101,9 +100,9 @@ struct Newton {
     }
     for (std::size_t i = 0; i < cones.size(); ++i) {
       const ContactConstraint& c = problem.contacts[i];
-      ws.slip_step[i].force = c.bias - relative_velocity(c, ws.v);
+      ws.slip_step[i].force = -relative_motion(c, ws.v);
       if (cones[i].has_moment()) {
-        ws.slip_step[i].moment = cones[i].length * (c.angular_bias - relative_spin(c, ws.v));
+        ws.slip_step[i].moment = cones[i].length * -relative_turning(c, ws.v);
       }
     }
     if (!(at_zero < 0.0)) return 1.0;

@@ -10,16 +10,26 @@
 
 namespace rb {
 
-inline Vec3 relative_velocity(const ContactConstraint& c, const std::vector<Vec6>& v) {
+// J_i v: the slip without the bias. Use it for increments: slip(v + dv) - slip(v) would keep the
+// bias's rounding.
+inline Vec3 relative_motion(const ContactConstraint& c, const std::vector<Vec6>& v) {
   Vec3 w = v[c.a].head<3>() + v[c.a].tail<3>().cross(c.r_a);
   if (c.b >= 0) w -= v[c.b].head<3>() + v[c.b].tail<3>().cross(c.r_b);
-  return c.frame * w + c.bias;
+  return c.frame * w;
+}
+
+inline Vec3 relative_turning(const ContactConstraint& c, const std::vector<Vec6>& v) {
+  Vec3 w = v[c.a].tail<3>();
+  if (c.b >= 0) w -= v[c.b].tail<3>();
+  return c.frame * w;
+}
+
+inline Vec3 relative_velocity(const ContactConstraint& c, const std::vector<Vec6>& v) {
+  return relative_motion(c, v) + c.bias;
 }
 
 inline Vec3 relative_spin(const ContactConstraint& c, const std::vector<Vec6>& v) {
-  Vec3 w = v[c.a].tail<3>();
-  if (c.b >= 0) w -= v[c.b].tail<3>();
-  return c.frame * w + c.angular_bias;
+  return relative_turning(c, v) + c.angular_bias;
 }
 
 // v += M^-1 J_i^T (impulse, moment), both in the contact frame.

@@ -8,6 +8,7 @@
 
 #include "solver/contact_operators.hpp"
 #include "solver/residual.hpp"
+#include "solver/sliding_load.hpp"
 
 namespace rb {
 namespace {
@@ -23,7 +24,8 @@ struct Solve {
   ContactSolution& io;
   SolverWorkspace& ws;
   SolveReport report;
-  double work = 0.0;  // sweeps over one contact
+  double work = 0.0;   // sweeps over one contact
+  double floor = 0.0;  // what rounding leaves of the residual
   double target = 0.0;
 
   bool out_of_work() {
@@ -38,7 +40,8 @@ struct Solve {
     work += 1.0 * static_cast<double>(problem.contacts.size());
     const ContactResidual r = natural_map_residual(problem, ws.cones, io.impulse, io.moment, ws.v);
     report.residual = r.natural_map;
-    target = std::max(settings.tolerance, rounding_floor(problem, ws.v, r.typical_velocity));
+    floor = rounding_floor(problem, ws.v, r.typical_velocity);
+    target = std::max(settings.tolerance, floor);
     return r;
   }
 
@@ -79,7 +82,7 @@ struct Solve {
 
   bool accept_warm_start() {
     const ContactResidual r = measure();
-    if (!(r.natural_map <= std::max(settings.warm_tolerance, target))) return false;
+    if (!(r.natural_map <= std::max(settings.warm_tolerance, floor))) return false;
     if (r.typical_velocity == 0.0) return report.minimum_norm = true;
     if (release_sliding(r.typical_velocity)) return false;
     if (settings.minimum_norm && problem.contacts.size() > 1) {
@@ -107,9 +110,9 @@ struct Solve {
     }
   }
 
-  void newton(int attempt) {
+  void newton(int attempt, double softness = kSoftness) {
     ConeNewtonOptions options;
-    options.softness = kSoftness;
+    options.softness = softness;
     options.tolerance = target;
     if (attempt > 0) {  // another, softer path to the same answer
       options.first_softness = attempt % 2 == 1 ? 10.0 : 1.0;
@@ -124,8 +127,11 @@ struct Solve {
   void solve_direct() {
     if (!(report.residual <= kGoodStart)) sweep(kFirstSweeps);
     measure();
-    for (int k = 0; k < settings.newton_attempts && report.residual > target && !out_of_work();
-         ++k) {
+    const auto reached = [&](int attempt) {  // the first one goes on to what a warm start must be
+      const double goal = std::min(target, std::max(settings.warm_tolerance, floor));
+      return report.residual <= (attempt == 0 ? goal : target);
+    };
+    for (int k = 0; k < settings.newton_attempts && !reached(k) && !out_of_work(); ++k) {
       // What is left is the rounding of an ill-conditioned island: no use to insist.
       if (k >= 2 && report.residual <= settings.enough) break;
       if (k > 0) sweep(kRetrySweeps << (k - 1));
@@ -165,6 +171,43 @@ struct Solve {
     measure();
   }
 
+  double least_inverse_mass() const {
+    double w_min = std::numeric_limits<double>::infinity();
+    for (const ContactConstraint& c : problem.contacts) {
+      w_min = std::min(w_min, inverse_effective_mass(problem, c));
+    }
+    return w_min;
+  }
+
+  // Where contacts slide: of all answers the one that their order has no part in.
+  ContactResidual even_slides(ContactResidual r) {
+    constexpr int most_passes = 3;
+    constexpr double even = 1e-12;  // relative change of an impulse that is left alone
+    // Rounding of u, divided by it, is what the steps put into the uneven part of the load.
+    constexpr double softness = 1e-4;
+    for (int pass = 0; pass < most_passes && problem.contacts.size() > 1; ++pass) {
+      if (!settings.minimum_norm || r.natural_map > 1e-9 || out_of_work()) break;
+      cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
+      ws.saved_impulse = io.impulse;
+      ws.saved_moment = io.moment;
+      const double change = even_sliding_load(problem, ws.cones, kSoftness * least_inverse_mass(),
+                                              ws.space, ws.minimum_norm, io.impulse, io.moment);
+      if (!(change > even)) {
+        io.impulse = ws.saved_impulse;
+        io.moment = ws.saved_moment;
+        break;
+      }
+      newton(0, softness);
+      const double before = r.natural_map;
+      r = measure();
+      if (r.natural_map <= std::max(4.0 * before, target)) continue;
+      io.impulse = ws.saved_impulse;
+      io.moment = ws.saved_moment;
+      return measure();
+    }
+    return r;
+  }
+
   void least_impulses(const ContactResidual& r) {
     io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
     if (!settings.minimum_norm || problem.contacts.size() == 1) {
@@ -175,12 +218,8 @@ struct Solve {
     cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
     ws.saved_impulse = io.impulse;
     ws.saved_moment = io.moment;
-    double w_min = std::numeric_limits<double>::infinity();
-    for (const ContactConstraint& c : problem.contacts) {
-      w_min = std::min(w_min, inverse_effective_mass(problem, c));
-    }
-    const int steps = minimum_norm(problem, ws.cones, kSoftness * w_min, ws.space, ws.minimum_norm,
-                                   io.impulse, io.moment, io.certificate);
+    const int steps = minimum_norm(problem, ws.cones, kSoftness * least_inverse_mass(), ws.space,
+                                   ws.minimum_norm, io.impulse, io.moment, io.certificate);
     report.newton_steps += std::abs(steps);
     if (steps > 0) {
       const double before = r.natural_map;
@@ -212,7 +251,7 @@ struct Solve {
       const ContactResidual r = measure();
       if (!out_of_work() && release_sliding(r.typical_velocity)) continue;
       if (direct) {
-        least_impulses(r);
+        least_impulses(even_slides(r));
       } else {
         io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
       }
@@ -271,8 +310,7 @@ SolveReport solve_contacts(const ContactProblem& problem, const SolverSettings& 
     Solve solve{problem, settings, io, workspace, {}};
     solve.run();
     report = solve.report;
-    report.converged = report.residual <= std::max(solve.target, settings.tolerance) ||
-                       (report.warm_accepted && report.residual <= settings.warm_tolerance);
+    report.converged = report.warm_accepted || report.residual <= solve.target;
     io.velocity = workspace.v;
   }
   io.residual = report.residual;

@@ -5,8 +5,9 @@
 //   3 proximal Newton to rounding, if the factorisation is affordable    (cone_newton)
 //     otherwise accelerated iterations, residual as reached
 //   4 contacts that slip against a larger static coefficient get the kinetic one: again from 3
-//   5 least impulses among those that solve the problem    (minimum_norm)
-//   6 judged by the residual
+//   5 where contacts slide, the answer their order has no part in    (sliding_load)
+//   6 least impulses among those that solve the problem    (minimum_norm)
+//   7 judged by the residual
 #pragma once
 
 #include <vector>

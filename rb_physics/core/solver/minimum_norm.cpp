@@ -12,8 +12,8 @@ namespace {
 Reaction contact_components(const ContactConstraint& c, const FrictionCone& cone,
                             const std::vector<Vec6>& y) {
   Reaction r;
-  r.force = relative_velocity(c, y) - c.bias;
-  if (cone.has_moment()) r.moment = cone.length * (relative_spin(c, y) - c.angular_bias);
+  r.force = relative_motion(c, y);
+  if (cone.has_moment()) r.moment = cone.length * relative_turning(c, y);
   return r;
 }
 

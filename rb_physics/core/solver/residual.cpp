@@ -39,9 +39,9 @@ Reaction reaction_of(const FrictionCone& cone, const std::vector<Vec3>& impulse,
   return r;
 }
 
-// Of the bodies' own speeds: contact speeds that small are their rounding, magnified 1e9 times, and
-// no scale to judge by (balls that touch and fly along together).
-constexpr double kNoise = 1e-7;
+// Of the bodies' own speeds. Slips round to some 16 epsilon of them; measured by anything smaller
+// than this, that rounding alone would read as more than 1e-9.
+constexpr double kNoise = 16.0 * std::numeric_limits<double>::epsilon() / 1e-9;
 
 double surface_speed(const Vec6& v, const Vec3& r) {
   return v.head<3>().norm() + v.tail<3>().norm() * r.norm();

@@ -3,9 +3,11 @@
 // Natural map of the cone complementarity problem with De Saxce's correction,
 //   r_i = lambda_i - P_Ki(lambda_i - rho_i (u_i + mu_i |u_i,t| n)),   rho_i = 1 / w_i,
 // w_i = trace(W_ii)/3, in velocity units w_i r_i, and relative to the problem's typical velocity
-//   U = max_i max(w_i |lambda_i|, -u_free,i,n):
+//   U = max_i max(w_i |lambda_i|, -u_free,i,n, 3.6e-6 s_i):
 // the largest change of velocity that an impulse makes or is asked to make. So the residual has no
-// unit and does not depend on mass, size or a Galilean boost. Zero means: solved.
+// unit and does not depend on mass or size. Zero means: solved. The last term, with s_i the speeds
+// of both bodies' surfaces at the contact, only counts where nothing else does (balls that fly
+// along in touch): 1e-8 of it is 160 roundings of the speed, below which no slip is known.
 #pragma once
 
 #include <vector>

@@ -64,6 +64,7 @@ class IslandAdvance {
   void find_partners();
   void move_partners(double t);
   double piece_of(double left) const;
+  double turning_rate(const Contact& c) const;
 
   bool touches(const ColliderPair& pair) const;
   std::optional<double> impact_of_pair(const ColliderPair& pair, double t_max) const;
