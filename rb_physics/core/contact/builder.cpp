@@ -13,7 +13,7 @@ void build_bodies(const std::vector<Body>& bodies, const BodyIndex& index, Conta
     const Body& body = bodies[index.rows[k]];
     out.inv_mass[k] = body.inertia.inv_mass;
     out.inv_inertia[k] = world_inverse_inertia(body.state.q, body.inertia);
-    out.velocity[k] << linear_velocity(body.state, body.inertia),
+    out.velocity[k] << linear_velocity(body.state, body.inertia) - index.reference,
         angular_velocity(body.state, body.inertia);
   }
   out.contacts.clear();
@@ -34,8 +34,10 @@ void build_contact(const std::vector<Body>& bodies, const BodyIndex& index, cons
   c.r_b = place.point - place.center_b;
   c.frame = contact_frame(place.normal);
   if (b.type == BodyType::KINEMATIC) {
-    c.bias = -(c.frame * (b.velocity + b.spin.cross(c.r_b)));
+    c.bias = -(c.frame * ((b.velocity - index.reference) + b.spin.cross(c.r_b)));
     c.angular_bias = -(c.frame * b.spin);
+  } else if (!b.is_dynamic()) {
+    c.bias = c.frame * index.reference;
   }
   c.friction = contact.material.friction;
   c.static_friction = contact.material.static_friction;

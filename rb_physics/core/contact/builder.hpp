@@ -11,10 +11,12 @@
 namespace rb {
 
 // Bodies of an island as the problem sees them: rows[k] is body k of the problem; index_of[row] = k
-// or -1.
+// or -1. Velocities of the problem are those relative to `reference`: what rides along with a fast
+// body is solved to the rounding of its own motion, not of the ride.
 struct BodyIndex {
   std::span<const std::int32_t> rows;
   const std::vector<std::int32_t>* index_of = nullptr;
+  Vec3 reference = Vec3::Zero();  // m/s
 };
 
 // Masses, world inverse inertias and velocities.

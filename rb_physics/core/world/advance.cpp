@@ -128,6 +128,11 @@ void IslandAdvance::find_partners() {
     partners_.push_back(row);
     partner_start_.push_back(world_.bodies[row].state);
   }
+  const bool on_static = std::any_of(pairs.begin(), pairs.end(), [this](const ColliderPair& pair) {
+    return world_.bodies[world_.colliders[pair.b].body].type == BodyType::STATIC;
+  });
+  const std::int32_t leader = partners_.empty() ? rows_.front() : partners_.front();
+  if (!on_static) reference_ = world_.bodies[leader].linear_velocity();
 }
 
 void IslandAdvance::move_partners(double t) {
@@ -246,7 +251,7 @@ void IslandAdvance::strike() {
     if (contacts[i].touching()) active_.push_back(static_cast<std::int32_t>(i));
   }
   if (active_.empty() || !approaches()) return;
-  const BodyIndex index{rows_, &world_.work.index_of};
+  const BodyIndex index{rows_, &world_.work.index_of, reference_};
   build_bodies(world_.bodies, index, work.problem);
   for (const std::int32_t i : active_) {
     const Contact& c = contacts[i];
@@ -307,7 +312,7 @@ void IslandAdvance::carry(double tau, bool far_too) {
     if (far_too || contacts[i].touching()) active_.push_back(static_cast<std::int32_t>(i));
   }
   if (active_.empty()) return;
-  const BodyIndex index{rows_, &world_.work.index_of};
+  const BodyIndex index{rows_, &world_.work.index_of, reference_};
   ContactProblem& problem = work.problem;
   ContactSolution& solution = work.solution;
   build_bodies(world_.bodies, index, problem);
@@ -335,7 +340,8 @@ void IslandAdvance::carry(double tau, bool far_too) {
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const Body& body = world_.bodies[rows_[k]];
     const RigidState end = move_free(body.state, body.inertia, total_[k], tau);
-    problem.velocity[k] << linear_velocity(end, body.inertia), angular_velocity(end, body.inertia);
+    problem.velocity[k] << linear_velocity(end, body.inertia) - reference_,
+        angular_velocity(end, body.inertia);
   }
   solution.impulse.resize(active_.size());
   solution.moment.clear();

@@ -61,7 +61,7 @@ class IslandAdvance {
   // Earliest time in (0, tau) at which a sliding contact comes to stick, else tau.
   double next_stick_time(double tau);
   void find_again();
-  void find_partners();
+  void find_partners();  // and the reference velocity
   void move_partners(double t);
   double piece_of(double left) const;
   double turning_rate(const Contact& c) const;
@@ -85,6 +85,7 @@ class IslandAdvance {
   std::vector<Vec3>& slip_before_ = work_.slip_before;  // u at the start of carry, contact frame
   std::vector<ContactDrift>& drifts_ = work_.drifts;    // per constraint
   std::vector<Vec6>& shift_ = work_.shift;              // m, rad; per body, or empty
+  Vec3 reference_ = Vec3::Zero();  // m/s: problems are set up in the frame that moves along
   double elapsed_ = 0.0;                                // s since the step began
 };
 

@@ -14,21 +14,23 @@
 namespace rb {
 namespace {
 
-constexpr double slack = 0.1;  // of the touch distance: rounding is left alone
-constexpr int passes = 4;      // the gaps are linearised: curved ones take another look
+constexpr double slack = 0.01;  // of the touch distance: rounding is left alone
+constexpr int passes = 4;       // the gaps are linearised: curved ones take another look
 
 bool overlaps(const Contact& c) { return !c.ghost && c.point.separation < -slack * c.touch; }
 
 // Without the part that would change the kinetic energy at constant L.
 Vec3 harmless_turn(const World& world, std::int32_t row, const Vec3& turn) {
-  constexpr double rounding = 1e-13;  // of the body's energy, kinetic or to be lifted by its size
+  constexpr double rounding = 1e-13;  // of the energy of its rotation, or to lift it by its size
   const Body& body = world.bodies[row];
   const Vec3 axis = body.angular_velocity().cross(body.state.L);
   const double length_sq = axis.squaredNorm();
-  const double energy = kinetic_energy(body.state, body.inertia) +
+  const double energy = 0.5 * body.angular_velocity().dot(body.state.L) +
                         body.inertia.mass * world.settings.gravity.norm() * world.reach[row];
-  if (std::fabs(turn.dot(axis)) <= rounding * energy) return turn;
-  return turn - (turn.dot(axis) / length_sq) * axis;
+  const double change = turn.dot(axis);
+  const double excess = std::fabs(change) - rounding * energy;
+  if (!(excess > 0.0)) return turn;
+  return turn - (std::copysign(excess, change) / length_sq) * axis;
 }
 
 // Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0.

@@ -17,7 +17,7 @@ bool IslandAdvance::shift_to_end_velocities(double tau) {
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const Body& body = world_.bodies[rows_[k]];
     Vec6 before;
-    before << body.linear_velocity(), body.angular_velocity();
+    before << body.linear_velocity() - reference_, body.angular_velocity();
     shift_.push_back((0.5 * tau) * (work.solution.velocity[k] - before));
   }
   return true;
@@ -39,7 +39,7 @@ void IslandAdvance::settle(double tau) {
   if (work_.settled.empty()) return;
   // The smallest change of velocity (in the metric of the masses) that takes the parting speeds
   // away: the same complementarity problem with the normals turned round.
-  const BodyIndex index{rows_, &world_.work.index_of};
+  const BodyIndex index{rows_, &world_.work.index_of, reference_};
   ContactProblem& problem = work_.settle_problem;
   build_bodies(world_.bodies, index, problem);
   std::vector<Vec6>& before = work_.velocity_before;
