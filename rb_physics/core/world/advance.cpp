@@ -6,6 +6,7 @@
 #include "body/free_motion.hpp"
 #include "body/rk4.hpp"
 #include "contact/builder.hpp"
+#include "math/rotation.hpp"
 #include "solver/contact_operators.hpp"
 #include "solver/impact_law.hpp"
 #include "world/contact_rates.hpp"
@@ -77,26 +78,42 @@ void IslandAdvance::run(double h) {
   move_partners(0.0);
 }
 
-// rad/s: how fast the contact's arms and normal turn. A ball that rolls or spins keeps both.
+namespace {
+
+// rad/s: how fast the world's J^-1 changes. A wheel that spins keeps it.
+double turning_rate_of_inertia(const Body& body) {
+  if (body.inertia.isotropic) return 0.0;
+  const Mat3 inverse = world_inverse_inertia(body.state.q, body.inertia);
+  const Mat3 turned = skew(body.angular_velocity()) * inverse;
+  return (turned + turned.transpose()).norm() / inverse.norm();
+}
+
+}  // namespace
+
+// rad/s: how fast the contact's normal and its arms turn, those measured by what they make of an
+// impulse: trace W = 3/m + tr J^-1 r^2 - r . J^-1 r. A ball that rolls or spins keeps both.
 double IslandAdvance::turning_rate(const Contact& c) const {
-  const Body& a = world_.bodies[c.body_a];
-  const Body& b = world_.bodies[c.body_b];
   const ContactDrift drift = contact_drift(world_, c);
   const Vec3 point = place_of(world_.bodies, c).point;
   const auto of_arm = [&](const Body& body) {
-    const double arm = (point - body.state.x).norm();
-    return arm > 0.0 ? (drift.point_rate - body.linear_velocity()).norm() / arm : 0.0;
+    const Mat3 inverse = world_inverse_inertia(body.state.q, body.inertia);
+    const auto turn = [&](const Vec3& r) {
+      return inverse.trace() * r.squaredNorm() - r.dot(inverse * r);
+    };
+    const Vec3 rate = drift.point_rate - body.linear_velocity();
+    return std::sqrt(turn(rate) / (3.0 * body.inertia.inv_mass + turn(point - body.state.x)));
   };
+  const Body& a = world_.bodies[c.body_a];
+  const Body& b = world_.bodies[c.body_b];
   const double rate = std::fmax(drift.normal_rate.norm(), of_arm(a));
   return b.is_dynamic() ? std::fmax(rate, of_arm(b)) : rate;
 }
 
 // The midpoint geometry of a contact is right to second order in the angle it turns by: pieces of
-// the interval bound that. `event` resolves it finely, and the turning of inertias as well; `fixed`
-// only what would spoil the energy.
+// the interval bound that. `event` resolves it finely, `fixed` only what would spoil the energy.
 double IslandAdvance::piece_of(double left) const {
   const bool fine = world_.settings.stepper == Stepper::EVENT;
-  const double most_turn = fine ? 2e-3 : 5e-2;  // rad
+  const double most_turn = fine ? 2e-3 : 2e-2;  // rad
   const bool touching =
       std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.touching(); });
   if (!touching) return left;
@@ -104,19 +121,20 @@ double IslandAdvance::piece_of(double left) const {
   double rate = 0.0;     // of what counts
   for (const std::int32_t row : rows_) {
     const Body& body = world_.bodies[row];
-    const double speed = body.angular_velocity().norm();
-    fastest = std::fmax(fastest, speed);
-    if (fine && !body.inertia.isotropic) rate = std::fmax(rate, speed);
+    fastest = std::fmax(fastest, body.angular_velocity().norm());
   }
   for (const std::int32_t row : partners_) {
     fastest = std::fmax(fastest, world_.bodies[row].angular_velocity().norm());
   }
   if (fastest * left > most_turn) {
+    for (const std::int32_t row : rows_) {
+      rate = std::fmax(rate, turning_rate_of_inertia(world_.bodies[row]));
+    }
     for (const Contact& c : contacts) {
       if (c.touching()) rate = std::fmax(rate, turning_rate(c));
     }
   }
-  const double pieces = std::ceil(rate * left / most_turn);
+  const double pieces = std::fmin(std::ceil(rate * left / most_turn), fine ? 1000.0 : 50.0);
   return pieces > 1.0 ? left / pieces : left;
 }
 

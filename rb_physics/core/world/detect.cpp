@@ -8,6 +8,7 @@
 #include <limits>
 #include <variant>
 
+#include "body/angular_bounds.hpp"
 #include "collision/iteration_caps.hpp"
 #include "collision/queries.hpp"
 #include "contact/builder.hpp"
@@ -25,10 +26,7 @@ double travel_of(const World& world, std::int32_t row, double slack) {
   if (body.is_dynamic()) {
     const Wrench& w = world.applied[row];
     linear = slack * h * h * body.inertia.inv_mass * w.force.norm();
-    angular += slack * h * body.inertia.inv_body.trace() * w.torque.norm();
-    // Free rotation can turn angular momentum to a smaller moment of inertia.
-    if (!body.inertia.isotropic)
-      angular = std::fmax(angular, body.inertia.inv_body.trace() * body.state.L.norm());
+    angular = max_angular_speed(body.state, body.inertia, slack * w.torque.norm(), h);
   }
   return linear + h * angular * world.reach[row] + world.extra_travel[row];
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "body/angular_bounds.hpp"
 #include "body/free_motion.hpp"
 #include "collision/queries.hpp"
 #include "collision/sweep.hpp"
@@ -56,7 +57,7 @@ double IslandAdvance::closing_bound(const ColliderPair& pair, double t) const {
     if (!body.is_dynamic()) return t * body.spin.norm() * world_.reach[row];
     const std::int32_t k = world_.work.index_of[row];
     const Inertia& in = body.inertia;
-    const double spin = in.inv_body.trace() * (start_[k].L.norm() + t * total_[k].torque.norm());
+    const double spin = max_angular_speed(start_[k], in, total_[k].torque.norm(), t);
     return t * (spin * world_.reach[row] + t * in.inv_mass * total_[k].force.norm());
   };
   const std::int32_t a = world_.colliders[pair.a].body;
@@ -107,11 +108,18 @@ double IslandAdvance::next_contact_time(double tau) {
           earliest = *strike;
           continue;
         }
-        // Closing at once: a feature just beyond the touch distance. Nothing can close it sooner
-        // than this.
-        const double gap = approach_of_pair(pair, 0.0);
+        // Closing at once: a point that slides along a curve, or a feature just beyond the touch
+        // distance. The others are followed by steps within which nothing can close them.
+        constexpr int most_looks = 32;
+        double gap = approach_of_pair(pair, 0.0);
         if (gap > 0.0 && std::isfinite(gap)) {
-          earliest = std::fmin(earliest, earliest * (gap + touch) / bound);
+          const double whole = earliest;
+          double t = 0.0;
+          for (int look = 0; look < most_looks && t < whole && gap > touch; ++look) {
+            t += whole * std::fmax(gap, touch) / bound;
+            if (t < whole) gap = approach_of_pair(pair, t);
+          }
+          earliest = std::fmin(whole, t);
           continue;
         }
       }

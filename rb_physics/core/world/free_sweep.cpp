@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "body/angular_bounds.hpp"
 #include "body/free_motion.hpp"
 #include "world/kinematic.hpp"
 
@@ -17,16 +18,8 @@ FreeSweep::FreeSweep(const Body& body, const RigidState& start, const Wrench& wr
   const Inertia& in = body.inertia;
   velocity_ = linear_velocity(start, in);
   acceleration_ = in.inv_mass * wrench.force;
-  const double momentum = start.L.norm() + t_max * wrench.torque.norm();
-  if (in.isotropic) {
-    angular_speed_ = in.inv_body(0, 0) * momentum;
-    angular_acceleration_ = in.inv_body(0, 0) * wrench.torque.norm();
-    return;
-  }
-  // The trace of J^-1 is above 1 / J_min; omega x L is what turns omega in torque-free motion.
-  const double inverse = in.inv_body.trace();
-  angular_speed_ = inverse * momentum;
-  angular_acceleration_ = inverse * (wrench.torque.norm() + angular_speed_ * momentum);
+  angular_speed_ = rb::max_angular_speed(start, in, wrench.torque.norm(), t_max);
+  angular_acceleration_ = rb::max_angular_acceleration(in, wrench.torque.norm(), angular_speed_);
 }
 
 Pose FreeSweep::at(double t) const {
