@@ -35,7 +35,7 @@ class Settings:
         free_motion: "exact", or "rk4" as in the notes (S6).
         friction_combine: "geometric_mean", "mean", "min", "max" or "product".
         restitution_combine: the same choices.
-        restitution_threshold: m/s; a slower rebound counts as rest. None: acceleration times dt.
+        restitution_threshold: m/s; a slower rebound counts as rest. None: acceleration times dt / 2.
         contact_margin: m, ≥ 0; contacts are looked for this much farther than needed.
     """
 

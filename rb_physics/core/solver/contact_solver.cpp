@@ -8,7 +8,6 @@
 
 #include "solver/contact_operators.hpp"
 #include "solver/residual.hpp"
-#include "solver/sliding_load.hpp"
 
 namespace rb {
 namespace {
@@ -190,8 +189,9 @@ struct Solve {
       cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
       ws.saved_impulse = io.impulse;
       ws.saved_moment = io.moment;
-      const double change = even_sliding_load(problem, ws.cones, kSoftness * least_inverse_mass(),
-                                              ws.space, ws.minimum_norm, io.impulse, io.moment);
+      const double change =
+          even_sliding_load(problem, ws.cones, kSoftness * least_inverse_mass(), ws.space,
+                            ws.minimum_norm, ws.sliding_load, io.impulse, io.moment);
       if (!(change > even)) {
         io.impulse = ws.saved_impulse;
         io.moment = ws.saved_moment;

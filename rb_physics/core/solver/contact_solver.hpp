@@ -17,6 +17,7 @@
 #include "solver/body_space.hpp"
 #include "solver/cone_newton.hpp"
 #include "solver/minimum_norm.hpp"
+#include "solver/sliding_load.hpp"
 #include "solver/solver_settings.hpp"
 
 namespace rb {
@@ -29,6 +30,7 @@ struct SolverWorkspace {
   BodySpace space;
   ConeNewtonWorkspace newton;
   MinimumNormWorkspace minimum_norm;
+  SlidingLoadWorkspace sliding_load;
   std::vector<Vec6> v;
   std::vector<Vec3> saved_impulse, saved_moment, direction;
 };

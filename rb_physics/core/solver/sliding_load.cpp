@@ -7,15 +7,20 @@ namespace rb {
 
 double even_sliding_load(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
                          double eps, BodySpace& space, MinimumNormWorkspace& ws,
-                         std::vector<Vec3>& impulse, std::vector<Vec3>& moment) {
+                         SlidingLoadWorkspace& own, std::vector<Vec3>& impulse,
+                         std::vector<Vec3>& moment) {
   const std::size_t nc = cones.size();
-  const std::vector<ConeFace> faces = ws.faces;
   const auto slips = [](const ConeFace& f) { return !f.open && (f.slides || f.spins || f.rolls); };
-  if (std::none_of(faces.begin(), faces.end(), slips)) return 0.0;
+  if (std::none_of(ws.faces.begin(), ws.faces.end(), slips)) return 0.0;
   // What slips is no unknown: it is taken out of the cones, and of the load.
-  std::vector<FrictionCone> held = cones;
-  std::vector<Vec3> free_impulse = impulse;
-  std::vector<Vec3> free_moment = moment;
+  std::vector<ConeFace>& faces = own.faces;
+  std::vector<FrictionCone>& held = own.held;
+  std::vector<Vec3>& free_impulse = own.impulse;
+  std::vector<Vec3>& free_moment = own.moment;
+  faces = ws.faces;
+  held = cones;
+  free_impulse = impulse;
+  free_moment = moment;
   for (std::size_t i = 0; i < nc; ++i) {
     ConeFace& face = ws.faces[i];
     if (face.open) free_impulse[i].setZero();
@@ -35,9 +40,8 @@ double even_sliding_load(const ContactProblem& problem, const std::vector<Fricti
     }
     face.slides = face.spins = face.rolls = false;
   }
-  std::vector<Vec6> certificate;
   const int steps =
-      minimum_norm(problem, held, eps, space, ws, free_impulse, free_moment, certificate);
+      minimum_norm(problem, held, eps, space, ws, free_impulse, free_moment, own.certificate);
   ws.faces = faces;
   if (steps < 0) return 0.0;
   double change = 0.0;

@@ -15,11 +15,19 @@
 
 namespace rb {
 
+struct SlidingLoadWorkspace {
+  std::vector<ConeFace> faces;
+  std::vector<FrictionCone> held;
+  std::vector<Vec3> impulse, moment;
+  std::vector<Vec6> certificate;
+};
+
 // Replaces what is free of impulse and moment by the least of equal load; sliding components follow
 // at their bounds. ws.faces: the faces left by the slip (cone_faces). `eps` as in minimum_norm.
 // Returns the largest relative change of an impulse; 0 if nothing slides or it did not converge.
 double even_sliding_load(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
                          double eps, BodySpace& space, MinimumNormWorkspace& ws,
-                         std::vector<Vec3>& impulse, std::vector<Vec3>& moment);
+                         SlidingLoadWorkspace& own, std::vector<Vec3>& impulse,
+                         std::vector<Vec3>& moment);
 
 }  // namespace rb

@@ -170,14 +170,19 @@ double IslandAdvance::rest_speed(const Contact& c) const {
   if (world_.settings.restitution_threshold) return *world_.settings.restitution_threshold;
   const Vec3 r_a = c.point.point_a - a.state.x;
   const Vec3 r_b = c.point.point_b - b.state.x;
-  const auto pull = [this](const Body& body, std::int32_t row, const Vec3& r) {
-    const double turn = body.angular_velocity().squaredNorm() * r.norm();
-    if (!body.is_dynamic()) return turn;
-    const Wrench& w = world_.applied[row];
-    const Vec3 alpha = world_inverse_inertia(body.state.q, body.inertia) * w.torque;
-    return turn + alpha.cross(r).norm() + (body.inertia.inv_mass * w.force).norm();
+  const auto turn = [this](const Body& body, std::int32_t row, const Vec3& r) {
+    const double swing = body.angular_velocity().squaredNorm() * r.norm();
+    if (!body.is_dynamic()) return swing;
+    const Vec3 alpha =
+        world_inverse_inertia(body.state.q, body.inertia) * world_.applied[row].torque;
+    return swing + alpha.cross(r).norm();
   };
-  return world_.settings.dt * (pull(a, c.body_a, r_a) + pull(b, c.body_b, r_b));
+  const auto pull = [this](const Body& body, std::int32_t row) {
+    return body.is_dynamic() ? body.inertia.inv_mass * world_.applied[row].force.norm() : 0.0;
+  };
+  // A bounce of speed v lasts 2 v / g.
+  const double bounce = 0.5 * std::fmax(pull(a, c.body_a), pull(b, c.body_b));
+  return world_.settings.dt * (bounce + turn(a, c.body_a, r_a) + turn(b, c.body_b, r_b));
 }
 
 void IslandAdvance::add_impulse(Contact& c, const ContactConstraint& k, const Vec3& impulse,

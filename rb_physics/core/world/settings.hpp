@@ -32,7 +32,7 @@ struct Settings {
   // times.
   int max_event_contacts = 64;
   // m/s: a rebound slower than this counts as resting. Unset: the speed at which the next bounce
-  // would fit into one step, acceleration * dt (the Zeno rule).
+  // would fit into one step, acceleration * dt / 2 (the Zeno rule).
   std::optional<double> restitution_threshold;
   // m: contacts are looked for up to this separation beyond what the bodies can close in one step.
   double contact_margin = 0.0;
