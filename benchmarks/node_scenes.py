@@ -41,9 +41,12 @@ def pushed_bodies(count: int) -> list[str]:
     return [f"body_{k}" for k in boxes[: count - 1]] + ["probe"]
 
 
-def write_topics(folder: Path, rate: float, everything: bool) -> Path:
-    """The packaged table with poses and contacts (or every output) at `rate` Hz."""
+def write_topics(folder: Path, rate: float, everything: bool, per_body: bool) -> Path:
+    """The packaged table with poses and contacts (or every output) at `rate` Hz, with or without
+    topics for each body."""
     table = yaml.safe_load(default_topics_path().read_text())
+    if not per_body:
+        table["topics"] = [e for e in table["topics"] if "NAME" not in e["name"].split("/")]
     for entry in table["topics"]:
         fast = everything and entry["content"] not in ("diagnostics", "clock")
         if "rate" in entry and (fast or entry["content"] in ("poses", "contacts")):

@@ -21,7 +21,7 @@ from rb_physics.recording.topics import Topic
 from .conversions import message_class, qos_profile
 
 CLOCK_REPEAT = 1.0  # s of wall time between repetitions of /clock while time stands still
-LOOK, LOOK_AGAIN = 0.1, 1.0  # s between looks for subscribers: while there are none, and some
+LOOK, LOOK_AGAIN = 0.2, 1.0  # s between looks for subscribers: while there are none, and some
 AT_ONCE = 12  # messages after one step that may be sent before the next one
 FAREWELL = 0.5  # s of wall time at most to wait for readers at the end
 OPERATIONS_DEPTH = 1000  # messages of ~/operations a slow reader may lag behind
@@ -37,6 +37,10 @@ class _Output:
         self._latched = topic.qos.durability == "transient_local"
         self._listeners = 0
         self._next_look = 0.0
+
+    def is_quiet(self, now: float) -> bool:
+        """Nobody listens, and it is not yet time to look again."""
+        return self._listeners == 0 and not self._latched and now < self._next_look
 
     def send(self, data: bytes, now: float) -> None:
         """Publish, if there are subscribers or the middleware keeps the message for later ones."""
@@ -186,7 +190,9 @@ class Publishing:
             output = self._outputs.get(name)
             if output is None:
                 continue
-            if several and output.per_body:
+            if output.is_quiet(now):
+                output.last = data
+            elif several and output.per_body:
                 self._waiting.append((output, data))
             else:
                 output.send(data, now)

@@ -59,11 +59,15 @@ def main() -> None:
     participant = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
 
     def writer(name, kind):
-        return DataWriter(participant, Topic(participant, f"{simulator}/{name}", kind), qos=reliable)
+        return DataWriter(
+            participant, Topic(participant, f"{simulator}/{name}", kind), qos=reliable
+        )
 
     spawn, remove = writer("spawn", String), writer("remove", String)
     push = writer("wrenches", MultiDOFJointState)
-    reader = DataReader(participant, Topic(participant, f"{simulator}/poses", PoseArray), qos=reliable)
+    reader = DataReader(
+        participant, Topic(participant, f"{simulator}/poses", PoseArray), qos=reliable
+    )
     zero = Vector3(0.0, 0.0, 0.0)
     batch = MultiDOFJointState(
         Header(Time(0, 0), "NAME/com"), ["ball"], [], [], [Wrench(Vector3(20.0, 0.0, 0.0), zero)]
@@ -82,7 +86,11 @@ def main() -> None:
             elif stage == "removed" and count < seen["spawned"]:
                 seen["removed"] = count
         if stage == "spawned":
-            spawn.write(String("{name: ball, shape: {type: sphere, radius: 0.1}, mass: 1, position: [7, 0, 0.1]}"))
+            spawn.write(
+                String(
+                    "{name: ball, shape: {type: sphere, radius: 0.1}, mass: 1, position: [7, 0, 0.1]}"
+                )
+            )
         elif stage == "pushed":
             push.write(batch)
         elif stage == "removed":

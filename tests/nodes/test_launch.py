@@ -2,6 +2,9 @@
 
 import ast
 import importlib.util
+import runpy
+import sys
+import types
 from pathlib import Path
 
 import pytest
@@ -60,3 +63,39 @@ def test_launch_files_load(path: Path):
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     assert module.generate_launch_description().entities
+
+
+class StandIn:
+    """Takes the place of what `launch` and `launch_ros` offer; remembers how it was made."""
+
+    def __init__(self, *positional, **keywords):
+        self.positional, self.keywords = positional, keywords
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_launch_files_describe_a_node_that_is_installed(path: Path, monkeypatch):
+    """With stand-ins for `launch`, so that it is checked where ROS comes from wheels, too."""
+    for module, names in {
+        "launch": ["LaunchDescription"],
+        "launch.actions": ["DeclareLaunchArgument"],
+        "launch.substitutions": ["LaunchConfiguration"],
+        "launch_ros": [],
+        "launch_ros.actions": ["Node"],
+        "launch_ros.parameter_descriptions": ["ParameterValue"],
+    }.items():
+        fake = types.ModuleType(module)
+        for name in names:
+            setattr(fake, name, type(name, (StandIn,), {}))
+        monkeypatch.setitem(sys.modules, module, fake)
+    *arguments, node = runpy.run_path(str(path))["generate_launch_description"]().positional[0]
+    names = [argument.positional[0] for argument in arguments]
+    assert names[: len(arguments_of(path))] == list(arguments_of(path))
+    assert all(argument.keywords["description"] for argument in arguments)
+    assert node.keywords["package"] == "rb_physics"
+    setup = (Path(__file__).parents[2] / "setup.cfg").read_text()
+    assert f"{node.keywords['executable']} = rb_physics_nodes." in setup
+    (parameters,) = node.keywords["parameters"]
+    assert list(parameters) == list(arguments_of(path))
+    if path.name == "sim.launch.py":
+        assert {"scene", "record_dir", "real_time_factor"} <= set(names)
+        assert node.keywords["namespace"].positional == ("namespace",)
