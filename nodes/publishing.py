@@ -21,34 +21,34 @@ from rb_physics.recording.topics import Topic
 from .conversions import message_class, qos_profile
 
 CLOCK_REPEAT = 1.0  # s of wall time between repetitions of /clock while time stands still
-LOOK, LOOK_AGAIN = 0.2, 1.0  # s between looks for subscribers: while there are none, and some
+LOOK, LOOK_AGAIN = 0.1, 1.0  # s between looks for subscribers: while there are none, and some
 AT_ONCE = 12  # messages after one step that may be sent before the next one
 FAREWELL = 0.5  # s of wall time at most to wait for readers at the end
 OPERATIONS_DEPTH = 1000  # messages of ~/operations a slow reader may lag behind
 
 
 class _Output:
-    """A publisher that is quiet while nobody listens."""
+    """A publisher; one for a single body, of which there may be many, is quiet while nobody listens."""
 
     def __init__(self, publisher: Publisher, topic: Topic) -> None:
         self.publisher = publisher
         self.per_body = topic.body is not None
         self.last: bytes | None = None
-        self._latched = topic.qos.durability == "transient_local"
+        self._always = not self.per_body or topic.qos.durability == "transient_local"
         self._listeners = 0
         self._next_look = 0.0
 
     def is_quiet(self, now: float) -> bool:
         """Nobody listens, and it is not yet time to look again."""
-        return self._listeners == 0 and not self._latched and now < self._next_look
+        return self._listeners == 0 and not self._always and now < self._next_look
 
     def send(self, data: bytes, now: float) -> None:
-        """Publish, if there are subscribers or the middleware keeps the message for later ones."""
+        """Publish, unless it is known that nobody listens."""
         self.last = data
-        if now >= self._next_look:
+        if not self._always and now >= self._next_look:
             self._listeners = self.publisher.get_subscription_count()
             self._next_look = now + (LOOK if self._listeners == 0 else LOOK_AGAIN)
-        if self._listeners > 0 or self._latched:
+        if self._always or self._listeners > 0:
             self.publisher.publish(data)
 
     def greet(self) -> bool:
