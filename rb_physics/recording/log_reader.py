@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
@@ -186,10 +187,24 @@ class Recording:
             channels.learn(definition)
             yield path, definition
         wanted = {channel for channel, name in channels.wanted.items() if name is not None}
+        places = [
+            place
+            for place in summary.chunks
+            if place.last_time >= start and (topics is None or place.channels & wanted)
+        ]
         with open(path, "rb") as file:
-            for place in summary.chunks:
-                if place.last_time >= start and (topics is None or place.channels & wanted):
+            if start > 0 or len(places) < 2:  # a look at one moment shouldn't wait for a thread
+                for place in places:
                     yield path, self._chunk(path, file, place)
+                return
+            # The next chunk is decompressed while this one is made use of.
+            with ThreadPoolExecutor(1, "decompress") as ahead:
+                coming = ahead.submit(self._chunk, path, file, places[0])
+                for next_place in [*places[1:], None]:
+                    chunk = coming.result()
+                    if next_place is not None:
+                        coming = ahead.submit(self._chunk, path, file, next_place)
+                    yield path, chunk
 
     def _chunk(self, path: Path, file: IO[bytes], place: IndexedChunk) -> Any:
         from mcap.exceptions import McapError
