@@ -22,15 +22,14 @@ from .rosbag2 import FileInfo, bag_metadata, channel_metadata, write_atomically
 from .topics import Qos
 
 _WAKE = 0.01  # s between two looks into the queue; short, so that no burst holds the interpreter
-_BEHIND = (
-    1.5  # flush intervals since the last one at which `write` gives way to the writer's thread,
-)
-_GIVE_WAY = 0.03  # s at most each time
+# `write` gives way to the writer's thread so many flush intervals after the last flush, and for at
+# most so many s each time.
+_BEHIND, _GIVE_WAY = 1.5, 0.03
 _YIELD_EVERY = 64  # messages written before other threads get a chance
 _RESERVE_CHUNKS = 4  # room for the chunks in hand, kept free on the disk beside the file's index
-_INDEX_BYTES = (
-    4 * 1024 * 1024
-)  # the index waits in memory for its file's end: then a new file begins
+# The index waits in memory for its file's end, and readers look through all of it: at this size a
+# new file begins.
+_INDEX_BYTES = 2 * 1024 * 1024
 
 
 class RecordingError(ValueError):
@@ -109,7 +108,7 @@ class McapLog:
         custom_data: Mapping[str, str] | None = None,
         attachments: Sequence[Attachment] = (),
         compression: str = "zstd",
-        chunk_bytes: int = 128 * 1024,
+        chunk_bytes: int = 256 * 1024,
         flush_interval: float = 0.04,
         queue_bytes: int = 64 * 1024 * 1024,
         policy: str = "block",

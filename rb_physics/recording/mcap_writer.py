@@ -36,7 +36,7 @@ class McapWriter:
     """One file: `start`, then anything in any order, then `finish`."""
 
     def __init__(
-        self, output: Output, compression: str = "zstd", chunk_bytes: int = 1 << 17
+        self, output: Output, compression: str = "zstd", chunk_bytes: int = 1 << 18
     ) -> None:
         """`chunk_bytes`: a chunk is completed when its messages exceed so much, uncompressed."""
         self._out, self._chunk_bytes = output, chunk_bytes
