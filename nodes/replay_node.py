@@ -67,6 +67,7 @@ class Replay:
             raise ValueError("set the parameter recording to the folder of a recording")
         check_rate(rate)
         recording = Recording(path)
+        recording.load_index()
         content = recording.attachments().get("topics.json")
         if content is None:
             raise ValueError(f"{path} was not made by rb_physics: replay it with ros2 bag play")

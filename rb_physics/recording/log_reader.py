@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 from typing import IO, Any
 
@@ -187,24 +188,25 @@ class Recording:
             channels.learn(definition)
             yield path, definition
         wanted = {channel for channel, name in channels.wanted.items() if name is not None}
-        places = [
+        places = (
             place
             for place in summary.chunks
             if place.last_time >= start and (topics is None or place.channels & wanted)
-        ]
+        )
         with open(path, "rb") as file:
-            if start > 0 or len(places) < 2:  # a look at one moment shouldn't wait for a thread
+            if start > 0:  # a look at one moment shouldn't wait for a thread
                 for place in places:
                     yield path, self._chunk(path, file, place)
                 return
             # The next chunk is decompressed while this one is made use of.
             with ThreadPoolExecutor(1, "decompress") as ahead:
-                coming = ahead.submit(self._chunk, path, file, places[0])
-                for next_place in [*places[1:], None]:
-                    chunk = coming.result()
+                coming = None
+                for next_place in chain(places, [None]):
+                    chunk = coming.result() if coming is not None else None
                     if next_place is not None:
                         coming = ahead.submit(self._chunk, path, file, next_place)
-                    yield path, chunk
+                    if chunk is not None:
+                        yield path, chunk
 
     def _chunk(self, path: Path, file: IO[bytes], place: IndexedChunk) -> Any:
         from mcap.exceptions import McapError
@@ -213,6 +215,11 @@ class Recording:
             return decompressed(chunk_at(file, place))
         except (McapError, *DAMAGE) as error:
             self._damaged(path, False, error)
+
+    def load_index(self) -> None:
+        """Reads the index of every finished file now rather than when it is first looked into."""
+        for path in self.files:
+            self._summary(path)
 
     def _summary(self, path: Path) -> Summary | None:
         from mcap.exceptions import McapError

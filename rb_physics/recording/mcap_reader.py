@@ -13,6 +13,7 @@ import struct
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import lru_cache
 from io import BytesIO
 from typing import IO, Any, NamedTuple
 
@@ -47,7 +48,12 @@ class IndexedChunk(NamedTuple):
     last_time: int  # ns
     offset: int
     length: int  # bytes of its record
-    channels: frozenset[int]
+    table: bytes  # of _OFFSET
+
+    @property
+    def channels(self) -> set[int]:
+        """Ids of those with messages in it."""
+        return set(np.frombuffer(self.table, _OFFSET)["channel"].tolist())
 
 
 class Summary(NamedTuple):
@@ -106,9 +112,7 @@ def top_level_records(file: IO[bytes]) -> Iterator[tuple[Any, int]]:
 
 def read_summary(file: IO[bytes]) -> Summary | None:
     """None where the file has no whole summary: it is torn off, or was written without one."""
-    from mcap.data_stream import ReadDataStream
     from mcap.opcode import Opcode
-    from mcap.records import Channel, Schema
 
     total = os.fstat(file.fileno()).st_size
     if total < _FOOTER.size + len(_MAGIC):
@@ -135,15 +139,21 @@ def read_summary(file: IO[bytes]) -> Summary | None:
             if of > length - _CHUNK_INDEX.size or of % _OFFSET.itemsize:
                 return None
             where = position + _CHUNK_INDEX.size
-            table = np.frombuffer(data, _OFFSET, of // _OFFSET.itemsize, where)
-            channels = frozenset(table["channel"].tolist())
-            summary.chunks.append(IndexedChunk(first, last, offset, size, channels))
+            table = data[where : where + of]
+            summary.chunks.append(IndexedChunk(first, last, offset, size, table))
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            stream = ReadDataStream(BytesIO(data[position : position + length]))
-            kind = Schema if opcode == Opcode.SCHEMA else Channel
-            summary.definitions.append(kind.read(stream))
+            content = data[position : position + length]
+            summary.definitions.append(_definition(opcode == Opcode.SCHEMA, content))
         position += length
     return summary
+
+
+@lru_cache(4096)  # every file of a recording repeats them
+def _definition(schema: bool, content: bytes) -> Any:
+    from mcap.data_stream import ReadDataStream
+    from mcap.records import Channel, Schema
+
+    return (Schema if schema else Channel).read(ReadDataStream(BytesIO(content)))
 
 
 def chunk_at(file: IO[bytes], place: IndexedChunk) -> Any:
