@@ -28,17 +28,19 @@ void IslandAdvance::settle(double tau) {
   // A gap that closes within the interval is bounded at the end's velocity: move with that one.
   if (shift_to_end_velocities(tau)) return;
   IslandWorkspace& work = work_;
+  bool over = false;  // a rebound began and ended
   work_.settled.clear();
   for (std::size_t n = 0; n < active_.size(); ++n) {
-    const Contact& c = contacts[active_[n]];
-    if (c.touching() && slip_before_[n].x() > tolerance::resting_speed &&
-        work.solution.impulse[n].x() > 0.0) {
+    if (!contacts[active_[n]].touching()) continue;
+    if (work.solution.impulse[n].x() > 0.0) {
       work_.settled.push_back(active_[n]);
+      over |= slip_before_[n].x() > tolerance::resting_speed;
     }
   }
-  if (work_.settled.empty()) return;
+  if (!over) return;
   // The smallest change of velocity (in the metric of the masses) that takes the parting speeds
-  // away: the same complementarity problem with the normals turned round.
+  // away and keeps the other loaded contacts closed: a complementarity problem with every normal
+  // both ways round.
   const BodyIndex index{rows_, &world_.work.index_of, reference_};
   ContactProblem& problem = work_.settle_problem;
   build_bodies(world_.bodies, index, problem);
@@ -46,10 +48,12 @@ void IslandAdvance::settle(double tau) {
   before = problem.velocity;
   for (const std::int32_t i : work_.settled) {
     ContactPlace place = place_of(world_.bodies, contacts[i]);
-    place.normal = -place.normal;
-    build_contact(world_.bodies, index, contacts[i], place, problem);
-    ContactConstraint& c = problem.contacts.back();
-    c.friction = c.static_friction = c.rolling_friction = c.spinning_friction = 0.0;
+    for (int way = 0; way < 2; ++way) {
+      build_contact(world_.bodies, index, contacts[i], place, problem);
+      ContactConstraint& c = problem.contacts.back();
+      c.friction = c.static_friction = c.rolling_friction = c.spinning_friction = 0.0;
+      place.normal = -place.normal;
+    }
   }
   work_.settle_solution.impulse.assign(problem.contacts.size(), Vec3::Zero());
   work_.settle_solution.moment.clear();
