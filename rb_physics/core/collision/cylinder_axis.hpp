@@ -56,6 +56,11 @@ class CylinderAxisSearch {
     free_ = axis;
   }
 
+  // Would an axis of at most this separation (m) change nothing?
+  bool useless(double bound) const {
+    return bound <= std::max(free_.separation, flat_.separation - preference_);
+  }
+
   // The greatest cap or face, the greatest of the others.
   const CylinderAxis& flat() const { return flat_; }
   const CylinderAxis& free() const { return free_; }
@@ -67,10 +72,6 @@ class CylinderAxisSearch {
   void offer_beside(const AxisEdge& edge);
   void climb_rim(const AxisEdge& edge, const Vec3& low, const Vec3& high);
   void offer_rim_point(const AxisEdge& edge, const Vec3& on_rim, const Vec3& n);
-  bool useless(double bound) const {
-    return bound <= std::max(free_.separation, flat_.separation - preference_);
-  }
-
   const PlacedCylinder& cylinder_;
   double preference_, tolerance_;
   CylinderAxis flat_, free_;

@@ -39,18 +39,40 @@ class FeatureSearch {
   }
 
   CylinderAxisSearch& everywhere() {
-    for (int f = 0; f < b_.face_count(); ++f) face(f);
+    static thread_local std::vector<FaceSample> faces;
+    faces.clear();
+    for (int f = 0; f < b_.face_count(); ++f) faces.push_back(face(f));
     caps(0);
     for (int v = 0; v < b_.vertex_count(); ++v) corner(v);
-    const int edges = static_cast<int>(b_.topology().edges.size());
-    for (int e = 0; e < edges; ++e) edge(e);
+    const auto& edges = b_.topology().edges;
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+      const FaceSample &left = faces[edges[e].left], &right = faces[edges[e].right];
+      if (!may_matter(left, right, b_.vertex(edges[e].tail))) continue;
+      edge(static_cast<int>(e));
+    }
     return search_;
   }
 
  private:
-  void face(int f) {
-    const Vec3 n = b_.normal(f);
-    search_.offer_flat(CylinderAxis::FACE, n, b_.height(f, a_(Vec3(-n)).point), f);
+  struct FaceSample {
+    Vec3 normal, lowest;  // lowest: the cylinder's point farthest against the normal, m
+    double separation;    // m
+  };
+
+  // Between the normals of an edge's faces the separation lies under the tangent planes of both.
+  bool may_matter(const FaceSample& left, const FaceSample& right, const Vec3& tail) const {
+    if (left.separation >= 0.0 || right.separation >= 0.0) return true;
+    if (left.normal.dot(right.normal) < 0.0) return true;
+    const double bound = std::min(std::max(left.separation, right.normal.dot(left.lowest - tail)),
+                                  std::max(right.separation, left.normal.dot(right.lowest - tail)));
+    return !search_.useless(bound);
+  }
+
+  FaceSample face(int f) {
+    const Vec3 n = b_.normal(f), lowest = a_(Vec3(-n)).point;
+    const double separation = b_.height(f, lowest);
+    search_.offer_flat(CylinderAxis::FACE, n, separation, f);
+    return {n, lowest, separation};
   }
   void caps(int start) {
     for (const bool upper : {true, false}) {
@@ -60,8 +82,17 @@ class FeatureSearch {
     }
   }
   void corner(int v) {
-    search_.offer_corner(b_.vertex(v), v,
-                         [&](const Vec3& n) { return n.dot(b_.vertex(b_.farthest(n, v))); });
+    // No vertex reaches farther than one whose neighbors don't.
+    search_.offer_corner(b_.vertex(v), v, [&](const Vec3& n) {
+      double reach = n.dot(b_.vertex(v));
+      const HullData& hull = b_.topology();
+      for (int i = hull.neighbor_first[v]; i < hull.neighbor_first[v + 1]; ++i) {
+        const double other = n.dot(b_.vertex(hull.neighbors[i]));
+        if (other > reach + 1e-9 * b_.size()) return other;
+        reach = std::max(reach, other);
+      }
+      return reach;
+    });
   }
   void edge(int e) {
     const HullEdge& edge = b_.topology().edges[e];
