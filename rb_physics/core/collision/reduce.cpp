@@ -29,19 +29,37 @@ std::size_t deepest_of(const std::vector<ManifoldPoint>& points) {
 }  // namespace
 
 void reduce(std::vector<ManifoldPoint>& points, const Vec3& normal, Manifold& out) {
+  static thread_local std::vector<Vec3> gone;
+  gone.clear();
   while (points.size() > Manifold::capacity) {
+    const std::size_t n = points.size();
     const std::size_t deepest = deepest_of(points);
-    std::size_t least = 0;
+    // Of points that lie equally deep none is kept for its depth: rounding would choose it.
+    const double level = tolerance::coincident * (points[0].point_b - points[n / 2].point_b).norm();
+    const auto deep = [&](const ManifoldPoint& p) {
+      return p.separation <= points[deepest].separation + level;
+    };
+    const bool keep_deepest = std::count_if(points.begin(), points.end(), deep) == 1;
     double least_area = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      if (i == deepest) continue;
-      const double area = ear_area(points, i, normal);
-      if (area < least_area * (1.0 - tolerance::coincident)) {
-        least_area = area;
-        least = i;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!(keep_deepest && i == deepest)) {
+        least_area = std::min(least_area, ear_area(points, i, normal));
       }
     }
-    points.erase(points.begin() + static_cast<std::ptrdiff_t>(least));
+    // Of equal ones the farthest from those gone before, so that a regular outline stays symmetric.
+    std::size_t chosen = n;
+    double farthest = -1.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (keep_deepest && i == deepest) continue;
+      if (ear_area(points, i, normal) > least_area * (1.0 + tolerance::coincident)) continue;
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const Vec3& p : gone) nearest = std::min(nearest, (points[i].point_b - p).norm());
+      if (chosen != n && !(nearest > farthest * (1.0 + tolerance::coincident))) continue;
+      chosen = i;
+      farthest = nearest;
+    }
+    gone.push_back(points[chosen].point_b);
+    points.erase(points.begin() + static_cast<std::ptrdiff_t>(chosen));
   }
   for (const ManifoldPoint& point : points) out.add(point);
 }
