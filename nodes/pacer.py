@@ -26,6 +26,7 @@ class Pacer:
         self._period = 0.0
         self._anchor = 0.0
         self._first = 0
+        self._counted = 0  # steps before this one were looked at for missed deadlines
         self.factor = factor
         self.missed_deadlines = 0  # steps that began a whole period or more after their deadline
         self.lost_steps = 0  # steps that real time would have made and the simulation gave up
@@ -40,7 +41,7 @@ class Pacer:
         """Let the deadline of step `step` be now."""
         self._period = self._dt / self.factor if self.factor > 0 else 0.0
         self._anchor = time.monotonic()
-        self._first = step
+        self._first = self._counted = step
 
     def wait(self, step: int, meanwhile: Callable[[float], None] = lambda end: None) -> int:
         """Sleep until step number `step` is due; return how many steps are (0: look again).
@@ -64,7 +65,9 @@ class Pacer:
         self._wake_errors[self._wakes % WAKE_HISTORY] = late
         self._wakes += 1
         due = 1 + int(late / self._period)
-        self.missed_deadlines += due - 1
+        # Of the steps due, all but the last are a whole period late; each is counted once.
+        self.missed_deadlines += max(0, step + due - 1 - max(step, self._counted))
+        self._counted = max(self._counted, step + due - 1)
         if late > MAX_LAG + self._period:
             self.lost_steps += due - 1
             self.restart(step)
