@@ -47,6 +47,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+_INPUTS = ("wrench", "cmd_pose", "cmd_vel")
+
+
+def _of_later_bodies(
+    metadata: dict[str, Any], topics: dict[str, dict[str, Any]]
+) -> dict[str, dict[str, Any]]:
+    """Topics of bodies that were added during the run, like those of the bodies of its start."""
+    alike = {}
+    for topic in topics.values():
+        if topic["body"]:
+            pattern = tuple(
+                "" if part == topic["body"] else part for part in topic["name"].split("/")
+            )
+            alike[pattern] = topic
+    found = {}
+    for entry in metadata.get("topics_with_message_count", []):
+        name, kind = (entry["topic_metadata"][key] for key in ("name", "type"))
+        parts = name.split("/")
+        if name in topics or "bodies" not in parts[:-2]:
+            continue
+        at = parts.index("bodies") + 1
+        sibling = alike.get((*parts[:at], "", *parts[at + 1 :]))
+        default = {"direction": "in" if parts[at + 1] in _INPUTS else "out", "qos": {}}
+        found[name] = {**(sibling or default), "name": name, "type": kind, "body": parts[at]}
+    return found
+
+
 class Replay:
     """One recording, its publishers, and the services that command its player."""
 
@@ -71,7 +98,9 @@ class Replay:
         content = recording.attachments().get("topics.json")
         if content is None:
             raise ValueError(f"{path} was not made by rb_physics: replay it with ros2 bag play")
-        topics = {t["name"]: t for t in json.loads(content)}
+        listed = sorted(json.loads(content), key=lambda t: t["direction"] == "out")
+        topics = {t["name"]: t for t in listed}  # of an input and an output of one name, the latter
+        topics |= _of_later_bodies(recording.metadata, topics)
         for name in sorted((only | excluded) - set(topics)):
             raise ValueError(f"{path} has no topic {name}: `rb_physics info {path}` lists them")
         self._publishers: dict[str, Any] = {}

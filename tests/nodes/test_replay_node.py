@@ -3,7 +3,7 @@
 import time
 
 import pytest
-from geometry_msgs.msg import PoseArray
+from geometry_msgs.msg import PoseArray, WrenchStamped
 from harness import NodeProcess, parameters, wait_for
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
@@ -134,3 +134,20 @@ def test_stop_ends_it_and_unknown_topics_are_named(client, replay, recording):
     node = replay(recording=recording, topics="/nowhere")
     assert node.wait() == 2
     assert "has no topic /nowhere" in node.output
+
+
+def test_topics_of_a_body_that_was_added_during_the_run_come_too(client, replay, scene, tmp_path):
+    loaded = rb.load_scene(scene)
+    world = loaded.build()
+    ball = {"name": "ball", "shape": {"type": "sphere", "radius": 0.1}, "mass": 3, "position": [1, 0, 0.1]}  # fmt: skip
+    with Recorder(world, tmp_path / "run", scene=loaded) as recorder:
+        for step in range(1000):
+            if step == 300:
+                recorder.perform("add_body", description=ball)
+            world.step()
+            recorder.after_step()
+    replay(recording=tmp_path / "run", loop=True)
+    wrenches = client.collect(WrenchStamped, "/sim_node/bodies/ball/contact_wrench")
+    wait_for(lambda: len(wrenches) > 5, "the contact wrench of the ball")
+    # 3 kg at rest under 10 m/s²; 1e-9: the solver's residual
+    assert wrenches[-1].wrench.force.z == pytest.approx(30.0, abs=1e-9)
