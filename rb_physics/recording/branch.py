@@ -64,6 +64,8 @@ def branch(
     repetition.skip_to(max(step for step in run.snapshots if step <= first))
     while repetition.step < first:
         repetition.advance(first)
+        if repetition.diverged is not None:
+            raise repetition.diverged
     scene = run.scene()
     world = scene.build(**(run.settings | settings))
     changes = _changes(world, repetition)

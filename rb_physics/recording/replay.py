@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import DivergedError
 from . import decoders
 from .log_reader import Recording, damage_told
 from .mcap_log import RecordingError
@@ -38,6 +39,7 @@ class Difference(NamedTuple):
     quantity: str
     recorded: str
     repeated: str
+    done: tuple[str, ...] = ()  # logged changes of the world right before that step
 
 
 class Verification(NamedTuple):
@@ -64,6 +66,8 @@ class Verification(NamedTuple):
                 )
             else:
                 lines.append(d.quantity)
+            if d.done:
+                lines.append(f"done right before step {d.step}: {', '.join(d.done)}")
         return "\n".join(lines)
 
 
@@ -171,6 +175,7 @@ class Repetition:
         self.world = run.build(**settings)
         self._operations = Operations(self.world, run.initial)
         self._pending = list(reversed(run.operations))
+        self.diverged: DivergedError | None = None  # why it can't go on
         self.step = 0
 
     def skip_to(self, step: int) -> None:
@@ -208,9 +213,13 @@ class Repetition:
             until = min(until, self._pending[-1].step)
         self.world.keep_hashes = True
         self.world.drain_hashes()
-        self.world.step(until - self.step)
-        self.step = until
-        return np.asarray(self.world.drain_hashes(), np.uint64)
+        try:
+            self.world.step(until - self.step)
+        except DivergedError as error:
+            self.diverged = error
+        hashes = np.asarray(self.world.drain_hashes(), np.uint64)
+        self.step = until if self.diverged is None else self.step + len(hashes)
+        return hashes
 
 
 def verify(
@@ -244,7 +253,13 @@ def verify(
         wrong = np.nonzero(hashes != run.hashes[before : before + len(hashes)])[0]
         if len(wrong):
             step = before + int(wrong[0]) + 1
-            difference = _locate(run, step, first, settings)
+            difference = _locate(run, step, first, settings)._replace(done=_done(run, step))
+            return Verification(
+                step - 1 - first, (step - 1 - first) * dt, difference, _remarks(run)
+            )
+        if repetition.diverged is not None:
+            step = repetition.step + 1
+            difference = _divergence(repetition, step)._replace(done=_done(run, step))
             return Verification(
                 step - 1 - first, (step - 1 - first) * dt, difference, _remarks(run)
             )
@@ -264,18 +279,20 @@ def _locate(run: Run, step: int, first: int, settings: dict[str, Any]) -> Differ
     for seen in logged:
         while repetition.step < seen:
             repetition.advance(seen)
+            if repetition.diverged is not None:
+                return _divergence(repetition, step)
         names = [body.name for body in repetition.world.bodies]
         if seen in run.snapshots:
             other.skip_to(seen)
             for quantity in _QUANTITIES:
                 rows = getattr(other.world, _plural(quantity))
-                found = _first(rows, getattr(repetition.world, _plural(quantity)))
+                found = _widest(rows, getattr(repetition.world, _plural(quantity)))
                 if found is not None:
                     row, a, b = found
                     return Difference(step, seen, names[row], quantity, a, b)
         elif len(run.poses[seen]) == len(names):
             for quantity, columns in (("position", slice(0, 3)), ("orientation", slice(3, 7))):
-                found = _first(
+                found = _widest(
                     run.poses[seen][:, columns], getattr(repetition.world, _plural(quantity))
                 )
                 if found is not None:
@@ -287,15 +304,30 @@ def _locate(run: Run, step: int, first: int, settings: dict[str, Any]) -> Differ
     )  # fmt: skip
 
 
+def _divergence(repetition: Repetition, step: int) -> Difference:
+    error = repetition.diverged
+    assert error is not None
+    return Difference(step, repetition.step + 1, error.body, "state", "finite", "not finite")
+
+
+def _done(run: Run, step: int) -> tuple[str, ...]:
+    """What was done to the world between step - 1 and step."""
+    return tuple(
+        " ".join([o.name, *([str(o.arguments["body"])] if "body" in o.arguments else [])])
+        for o in run.operations
+        if o.step == step - 1
+    )
+
+
 def _plural(quantity: str) -> str:
     return quantity.replace("velocity", "velocities") if "velocity" in quantity else quantity + "s"
 
 
-def _first(recorded: NDArray, repeated: NDArray) -> tuple[int, str, str] | None:
-    rows = np.nonzero(np.any(recorded != repeated, axis=1))[0]
-    if not len(rows):
+def _widest(recorded: NDArray, repeated: NDArray) -> tuple[int, str, str] | None:
+    """The row that differs most: what was pushed moves more than what it pushes in turn."""
+    if np.array_equal(recorded, repeated):
         return None
-    row = int(rows[0])
+    row = int(np.argmax(np.max(np.abs(recorded - repeated), axis=1)))
     return row, str(recorded[row].tolist()), str(repeated[row].tolist())
 
 
