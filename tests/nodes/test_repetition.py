@@ -3,7 +3,7 @@
 import json
 
 from geometry_msgs.msg import PoseArray, WrenchStamped
-from harness import wait_for
+from harness import NodeProcess, parameters, wait_for
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
@@ -49,3 +49,37 @@ def test_a_run_with_wrenches_pauses_and_resets_repeats_from_its_log(simulator, t
     result = verify(run)
     assert result.difference is None, result.text
     assert result.steps > 300
+
+
+def test_wrenches_of_two_processes_repeat_with_any_number_of_threads(simulator, domain, tmp_path):
+    sim = simulator(record_dir=tmp_path / "runs")
+    poses = sim.client.collect(PoseArray, "/sim_node/poses")
+    operations = sim.client.collect(String, "/sim_node/operations")
+    pushers = [
+        NodeProcess("rb_physics_nodes.examples." + name, parameters(**values), domain)
+        for name, values in (
+            ("wind", {"force": "[1.0, 0.5, 0.0]", "gust": 0.5}),
+            ("thruster", {"frame": "crate/tip", "thrust": "[0.0, 0.0, 15.0]", "on_for": 100.0}),
+        )
+    ]
+    try:
+
+        def pushed():
+            done = [json.loads(message.data) for message in operations]
+            return {o["arguments"].get("body") for o in done if o["name"] == "apply_wrench"}
+
+        wait_for(lambda: {"crate", "floater"} <= pushed(), "wrenches of both processes")
+        for data in (True, False):
+            assert sim.client.call(SetBool, "/sim_node/pause", SetBool.Request(data=data)).success
+        assert sim.client.call(Trigger, "/sim_node/reset").success
+        seen = len(poses)
+        wait_for(lambda: len(poses) > seen + 50, "half a second more")
+    finally:
+        for process in pushers:
+            process.close()
+    assert sim.node.stop() == 0
+    (run,) = (tmp_path / "runs").iterdir()
+    for threads in (1, 2, 3):
+        result = verify(run, threads=threads)
+        assert result.difference is None, result.text
+    assert result.steps > 500
