@@ -15,7 +15,7 @@ export CCACHE_NOHASHDIR := 1
 endif
 endif
 
-.PHONY: help build demo test soak lint format sanitize bench bench-engines bench-node gallery verify clean
+.PHONY: help build demo test soak lint format sanitize bench bench-engines bench-node gallery pictures verify clean
 help:
 	@echo "make demo      the node, a second process that pushes bodies, and a recording of it (10 s)"
 	@echo "make test      every test but the long ones"
@@ -26,6 +26,7 @@ help:
 	@echo "make bench     speed of the broad and the narrow phase, beside other libraries"
 	@echo "make bench-engines  speed and penetration beside other engines (10 min on a quiet machine)"
 	@echo "make gallery   docs/images/shapes.png, rendered from a recording"
+	@echo "make pictures  every layout of the Rerun view, of three scenes (build/pictures)"
 	@echo "make bench-node  the node at 1 kHz with 100 bodies beside a plain rclpy node, and with 1000 (4 min, quiet machine)"
 	@echo "make format    rewrite sources in the project's format"
 	@echo "make clean     remove what was built (keeps $(VENV) and recordings/)"
@@ -97,6 +98,9 @@ gallery: $(VENV)/installed-test build
 	$(VENV)/bin/rb_physics run scenes/shapes.yaml --duration 1 --record build/gallery/run
 	$(VENV)/bin/rb_physics view build/gallery/run --layout contact --png build/gallery/view.png
 	$(PY) -c "from PIL import Image; Image.open('build/gallery/view.png').convert('RGB').crop((510, 200, 1130, 510)).save('docs/images/shapes.png', optimize=True)"
+
+pictures: $(VENV)/installed-test build
+	$(PY) -m benchmarks.pictures
 
 verify: $(VENV)/installed-test build
 	$(PY) -m benchmarks.accuracy

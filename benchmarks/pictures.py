@@ -29,9 +29,9 @@ class Shot(NamedTuple):
     moment: float  # s
 
 
-def push_tower(recorder: Recorder) -> None:
-    """A wind on the tower's top box; the demo's ball comes by itself."""
-    recorder.perform("apply_wrench", body="box_4", force=(1.5, 0, 0), torque=(0, 0, 0.2))
+def push_ball(recorder: Recorder) -> None:
+    """The ball against the tower."""
+    recorder.perform("apply_wrench", body="ball", force=(20.0, 0, 0))
 
 
 def drag_crate(recorder: Recorder) -> None:
@@ -46,7 +46,7 @@ def push_column(recorder: Recorder) -> None:
 
 
 SHOTS = (
-    Shot("demo", push_tower, 2.0, 1.0),
+    Shot("demo", push_ball, 2.0, 1.2),
     Shot("single_box", drag_crate, 1.0, 0.5),
     Shot("hundred_bodies", push_column, 1.5, 1.0),
 )
