@@ -23,7 +23,7 @@ help:
 	@echo "make lint      ruff, mypy, clang-format, and a build with warnings as errors"
 	@echo "make sanitize  the core's tests under AddressSanitizer and UBSan"
 	@echo "make verify    accuracy against exact answers, as a table"
-	@echo "make bench     speed of the broad and the narrow phase, beside other libraries"
+	@echo "make bench     speed of the broad and the narrow phase and of recording; instructions per step"
 	@echo "make bench-engines  speed and penetration beside other engines (10 min on a quiet machine)"
 	@echo "make gallery   docs/images/shapes.png, rendered from a recording"
 	@echo "make pictures  every layout of the Rerun view, of three scenes (build/pictures)"
@@ -84,6 +84,7 @@ bench: $(VENV)/installed-bench build
 	$(PY) -m benchmarks.broad_phase
 	$(PY) -m benchmarks.geometry
 	$(PY) -m benchmarks.recording
+	$(PY) -m benchmarks.instructions
 
 bench-engines: $(VENV)/installed-bench-engines build
 	$(PY) -m benchmarks.engines

@@ -112,6 +112,11 @@ class Body:
         w = checks.vector(self.name, "angular_velocity", value, unit="rad/s")
         self._core()._set_angular_velocity(self._row, w)
 
+    @property
+    def asleep(self) -> bool:
+        """At rest and not computed until something happens to it (`Settings.sleeping`)."""
+        return self._core()._asleep(self._row) and self.type == "dynamic"
+
     # ---- properties of matter ---------------------------------------------------------------
     @property
     def mass(self) -> float:

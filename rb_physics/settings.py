@@ -26,7 +26,9 @@ class Settings:
         stepper: "fixed" (constant dt) or "event" (from contact time to contact time).
         impact_law: "sequential", "simultaneous" or "reflections" (S12 to S14).
         threads: worker threads; the result does not depend on it.
-        sleeping: let resting islands sleep.
+        sleeping: let islands sleep that were slower than 1 µm/s for 0.5 s: they cost nothing, their
+            contacts and wrenches stay as they were. A change of state, surface or wrench, a moving
+            neighbour within reach, and a body added or removed wake them.
         tolerance: relative residual asked of the contact solver.
         max_work: bound on one contact solve, in visits of one contact (about 0.1 µs); 0: none.
             When it bites, ``world.stats.capped`` and ``residual`` say so.

@@ -208,7 +208,7 @@ class World(_core.World):
         """An independent world of the same bodies in the same state, which goes on with the same bits.
 
         Args:
-            **settings: single fields of `Settings` that are to differ; the time step must stay.
+            **settings: single fields of `Settings` that are to differ; `dt` and `sleeping` should stay.
 
         Raises:
             SceneError: an unknown setting or a value that is not allowed.

@@ -15,7 +15,16 @@ namespace rb {
 void define_body_queries(py::class_<World>& world);
 
 // Holds a wrench in place of the one its source gave before; the order is that of the sources.
+// The same wrench again only lasts longer: it wakes nobody.
 void hold(Body& body, const AppliedWrench& a) {
+  const auto held = std::find_if(body.wrenches.begin(), body.wrenches.end(),
+                                 [&a](const AppliedWrench& x) { return x.source == a.source; });
+  if (held != body.wrenches.end() && held->frame == a.frame && held->force == a.force &&
+      held->torque == a.torque && held->at_center == a.at_center && held->point == a.point) {
+    held->remaining = a.remaining;
+    return;
+  }
+  body.wake();
   std::erase_if(body.wrenches, [&a](const AppliedWrench& x) { return x.source == a.source; });
   const auto at = std::find_if(body.wrenches.begin(), body.wrenches.end(),
                                [&a](const AppliedWrench& x) { return x.source > a.source; });
@@ -188,6 +197,7 @@ void define_plain_data(py::module_& m) {
                     "Geometric queries whose iterations ran out: they answer less exactly.")
       .def_readonly("retries", &Stats::retries,
                     "Times the step was made again for a meeting nobody looked for.")
+      .def_readonly("asleep", &Stats::asleep, "Dynamic bodies that sleep.")
       .def_readonly("max_penetration", &Stats::max_penetration, "m, at the end of the step.")
       .def_readonly("energy_error", &Stats::energy_error,
                     "Kinetic energy the contact solves gained, relative; 0 when none did.")
@@ -428,15 +438,17 @@ void define_world(py::module_& m) {
       .def(
           "_clear_wrenches",
           [](World& w, int i, int source) {
-            std::erase_if(w.bodies.at(i).wrenches, [source](const AppliedWrench& x) {
-              return source < 0 || x.source == source;
-            });
+            const std::size_t ended = std::erase_if(
+                w.bodies.at(i).wrenches,
+                [source](const AppliedWrench& x) { return source < 0 || x.source == source; });
+            if (ended > 0) w.bodies.at(i).wake();
           },
           py::arg("row"), py::arg("source") = -1)
       .def("_apply_impulse",
            [](World& w, int i, const InputArray& impulse, const std::optional<InputArray>& point) {
              Body& b = w.bodies.at(i);
              const Vec3 j = to_vec3(impulse);
+             b.wake();
              b.state.p += j;
              if (point && !b.inertia.inv_body.isZero(0.0))
                b.state.L += (to_vec3(*point) - b.state.x).cross(j);
@@ -445,8 +457,10 @@ void define_world(py::module_& m) {
       .def("_set_material",
            [](World& w, int i, const Material& m) {
              w.bodies.at(i).material = m;
+             w.bodies.at(i).wake();
              w.geometry_dirty = true;
            })
+      .def("_asleep", [](const World& w, int i) { return w.bodies.at(i).asleep; })
       .def("_material", [](const World& w, int i) { return w.bodies.at(i).material; })
       .def("_mass_properties",
            [](const World& w, int i) {

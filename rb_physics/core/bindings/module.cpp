@@ -18,6 +18,7 @@ void define_batch(py::module_& m);
 
 PYBIND11_MODULE(_core, m) {
   m.doc() = "C++ core of rb_physics";
+  m.attr("compiler") = __VERSION__;
   rb::define_math(m);
   rb::define_shapes(m);
   rb::define_surfaces(m);

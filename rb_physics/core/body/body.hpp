@@ -29,6 +29,16 @@ struct Body {
   bool stop_after_target = false;  // no twist was given with the target
   std::vector<AppliedWrench> wrenches;  // in the order of their sources
 
+  // Settings::sleeping. Dynamic: its island is at rest and is not computed. Others: they have not
+  // moved or changed since the last step.
+  bool asleep = false;
+  double still_time = 0.0;  // s it has been slower than tolerance::sleep_speed
+
+  void wake() {
+    asleep = false;
+    still_time = 0.0;
+  }
+
   Vec6 certificate =
       Vec6::Zero();  // warm start of the minimum-norm forces (contact/problem.hpp), per second
 
@@ -49,16 +59,19 @@ struct Body {
   }
 
   void set_pose(const Pose& pose) {
+    wake();
     state.q = pose.orientation;
     state.x = pose.apply(center_of_mass);
   }
   void set_linear_velocity(const Vec3& v) {
+    wake();
     if (is_dynamic())
       state.p = inertia.mass * v;
     else
       velocity = v;
   }
   void set_angular_velocity(const Vec3& w) {
+    wake();
     if (is_dynamic())
       state.L = angular_momentum(state.q, inertia, w);
     else

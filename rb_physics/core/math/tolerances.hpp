@@ -10,6 +10,17 @@ inline constexpr double touch = 1e-9;
 // m/s per (m/s of typical speed): |N . V| below it is RESTING (S9).
 inline constexpr double resting_speed = 1e-9;
 
+// m/s: with Settings::sleeping, an island may sleep while no point of it moves faster. Larger: what
+// creeps is stopped. Smaller: large heaps, solved less exactly, never sleep.
+inline constexpr double sleep_speed = 1e-6;
+
+// s an island must have been that slow before it sleeps.
+inline constexpr double sleep_time = 0.5;
+
+// Relative: contact and applied impulses of a body must balance this well before it sleeps, so that
+// the wrenches published from then on are right.
+inline constexpr double sleep_balance = 1e-6;
+
 // Relative natural-map residual a direct island must reach; see solver/residual.hpp.
 inline constexpr double direct_residual = 1e-13;
 

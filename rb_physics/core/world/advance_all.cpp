@@ -9,6 +9,7 @@
 #include "world/advance.hpp"
 #include "world/detect.hpp"
 #include "world/kinematic.hpp"
+#include "world/sleep.hpp"
 #include "world/step.hpp"
 
 namespace rb {
@@ -24,6 +25,7 @@ void build_islands(World& world) {
   for (const Contact& c : world.contacts) work.edges.emplace_back(c.body_a, c.body_b);
   world.islands.build(work.movable, work.edges);
   work.index_of.assign(world.bodies.size(), -1);
+  wake_islands(world);
 }
 
 namespace {
@@ -40,6 +42,7 @@ void add_stats(Stats& sum, const Stats& more) {
 }
 
 void advance_island(World& world, const Island& island, IslandWorkspace& work) {
+  if (sleeps(world, island)) return;
   IslandAdvance advance(world, world.islands.bodies(island), work);
   const auto edges = world.islands.edges(island);
   for (const std::int32_t i : edges) {

@@ -1,7 +1,7 @@
 // Adding and removing bodies: rows, colliders and broad-phase proxies stay in step.
 #include <cmath>
 
-#include "world/world.hpp"
+#include "world/sleep.hpp"
 
 namespace rb {
 namespace {
@@ -44,6 +44,7 @@ std::int32_t add_body(World& world, Body body, const Shape& shape) {
   } else if (!std::holds_alternative<Particle>(shape) || world.bodies[row].is_dynamic()) {
     add_collider(world, shape, Pose{}, row, 0);
   }
+  wake_all(world);
   world.geometry_dirty = true;
   return row;
 }
@@ -78,6 +79,7 @@ void remove_body(World& world, std::int32_t row) {
   world.travel.erase(world.travel.begin() + row);
   world.reach.erase(world.reach.begin() + row);
   world.extra_travel.erase(world.extra_travel.begin() + row);
+  wake_all(world);
   world.geometry_dirty = true;
 }
 

@@ -10,6 +10,7 @@
 #include "contact/builder.hpp"
 #include "world/advance.hpp"
 #include "world/detect.hpp"
+#include "world/sleep.hpp"
 
 namespace rb {
 namespace {
@@ -70,7 +71,10 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
 
 void correct_positions(World& world) {
   for (int pass = 0; pass < passes; ++pass) {
-    if (std::none_of(world.contacts.begin(), world.contacts.end(), overlaps)) return;
+    if (std::none_of(world.contacts.begin(), world.contacts.end(), [&](const Contact& c) {
+          return overlaps(c) && !at_rest(world, c.body_a, c.body_b);
+        }))
+      return;
     std::vector<std::uint8_t>& movable = world.work.movable;
     auto& edges = world.work.edges;
     movable.clear();
@@ -79,6 +83,7 @@ void correct_positions(World& world) {
     for (const Contact& c : world.contacts) edges.emplace_back(c.body_a, c.body_b);
     world.islands.build(movable, edges);
     for (const Island& island : world.islands.all()) {
+      if (sleeps(world, island)) continue;
       const auto contacts = world.islands.edges(island);
       const bool needed = std::any_of(contacts.begin(), contacts.end(),
                                       [&](std::int32_t i) { return overlaps(world.contacts[i]); });

@@ -12,6 +12,7 @@
 #include "collision/iteration_caps.hpp"
 #include "collision/queries.hpp"
 #include "contact/builder.hpp"
+#include "world/sleep.hpp"
 #include "world/step.hpp"
 
 namespace rb {
@@ -36,7 +37,7 @@ void move_proxies(World& world) {
   for (std::size_t k = 0; k < world.colliders.size(); ++k) {
     const Collider& c = world.colliders[k];
     const Body& body = world.bodies[c.body];
-    if (body.type == BodyType::STATIC && !world.geometry_dirty) continue;
+    if ((body.type == BodyType::STATIC || body.asleep) && !world.geometry_dirty) continue;
     const Pose pose = body.pose() * c.local;
     if (const auto* plane = std::get_if<HalfSpace>(&c.shape)) {
       const Vec3 n = pose.rotate(plane->normal);
@@ -176,10 +177,29 @@ void find_pairs(World& world) {
 
 namespace {
 
+// Between bodies at rest nothing is new: the contacts as they were, for carry_over to complete.
+void append_known(const World& world, const ColliderPair& pair, std::vector<Contact>& out) {
+  const auto before = [](const Contact& c, const ColliderPair& p) {
+    return std::pair(c.collider_a, c.collider_b) < std::pair(p.a, p.b);
+  };
+  for (auto c = std::lower_bound(world.contacts.begin(), world.contacts.end(), pair, before);
+       c != world.contacts.end() && c->collider_a == pair.a && c->collider_b == pair.b; ++c) {
+    if (c->ghost) continue;
+    out.push_back(*c);
+    out.back().impulse = out.back().moment_a = out.back().moment_b = Vec3::Zero();
+  }
+}
+
 void append_pairs(const World& world, std::size_t first, std::size_t last, ContactPoints& points,
                   std::vector<Contact>& out) {
-  for (std::size_t k = first; k < last; ++k)
-    append_contacts(world, world.pairs[k], pair_margin(world, world.pairs[k]), points, out);
+  for (std::size_t k = first; k < last; ++k) {
+    const ColliderPair& pair = world.pairs[k];
+    if (at_rest(world, world.colliders[pair.a].body, world.colliders[pair.b].body)) {
+      append_known(world, pair, out);
+    } else {
+      append_contacts(world, pair, pair_margin(world, pair), points, out);
+    }
+  }
 }
 
 // Narrow phase of all pairs, blocks of them shared out when there are threads.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/builder.hpp"
+#include "world/sleep.hpp"
 #include "world/step.hpp"
 
 namespace rb {
@@ -75,6 +76,7 @@ void finish_step(World& world) {
     body.contact_impulse_sum += body.contact_impulse;
     body.contact_moment_sum += body.contact_moment;
   }
+  fall_asleep(world);
   expire_wrenches(world);
   ++world.step_count;
   if (world.keep_hashes) world.hashes.push_back(state_hash(world));

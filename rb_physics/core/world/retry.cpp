@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "world/detect.hpp"
+#include "world/sleep.hpp"
 
 namespace rb {
 namespace {
@@ -54,7 +55,9 @@ void take_back(World& world) {
     world.extra_travel[row] += h * (v - body.linear_velocity()).norm() +
                                h * (w - body.angular_velocity()).norm() * world.reach[row];
   }
-  for (Contact& c : world.contacts) c.impulse = c.moment_a = c.moment_b = Vec3::Zero();
+  for (Contact& c : world.contacts) {
+    if (!at_rest(world, c.body_a, c.body_b)) c.impulse = c.moment_a = c.moment_b = Vec3::Zero();
+  }
   detect_contacts(world);
 }
 

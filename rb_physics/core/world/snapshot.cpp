@@ -145,6 +145,9 @@ void world_fields(V& visit, W& world) {
       matrix(visit, body.target->orientation.coeffs());
     }
     sequence(visit, body.wrenches, [](auto& v, auto& w) { wrench_fields(v, w); });
+    if (!world.settings.sleeping) continue;
+    visit(body.asleep);
+    visit(body.still_time);
   }
   for (auto& t : world.travel) visit(t);
   sequence(visit, world.contacts, [](auto& v, auto& c) { contact_fields(v, c); });
@@ -160,6 +163,7 @@ std::uint64_t fingerprint(const World& world) {
     matrix(h, b.center_of_mass);
   }
   h(static_cast<std::uint64_t>(world.colliders.size()));
+  if (world.settings.sleeping) h(true);  // snapshots then hold sleep timers
   return h.hash.value();
 }
 
@@ -202,6 +206,7 @@ void restore(World& world, const std::uint8_t* data, std::size_t size) {
   }
   // Read into copies first: a bad snapshot must not leave a torn world.
   World copy_of_state;
+  copy_of_state.settings = world.settings;
   copy_of_state.bodies = world.bodies;
   copy_of_state.travel = world.travel;
   world_fields(r, copy_of_state);

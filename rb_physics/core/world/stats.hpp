@@ -17,6 +17,7 @@ struct Stats {
   int capped = 0;          // islands that met max_work or max_events: their answer is as reported
   int queries_capped = 0;  // geometric queries whose iterations ran out: they answer less exactly
   int retries = 0;         // times the step was taken back for a meeting nobody looked for
+  int asleep = 0;          // dynamic bodies that sleep
   double max_penetration = 0.0;  // m, at the end of the step
   double energy_error = 0.0;     // kinetic energy contact solves gained, relative; 0 when none did
 

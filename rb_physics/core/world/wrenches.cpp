@@ -1,8 +1,10 @@
 // What acts on the bodies from outside during a step: gravity and held wrenches, evaluated at its
 // start.
+#include <algorithm>
 #include <cmath>
 
 #include "world/kinematic.hpp"
+#include "world/sleep.hpp"
 #include "world/step.hpp"
 
 namespace rb {
@@ -19,6 +21,12 @@ Wrench held_wrenches(const Body& body, double h) {
     sum.torque += share * now.torque;
   }
   return sum;
+}
+
+// A held wrench ends within the step.
+bool ends(const Body& body, double h) {
+  return std::any_of(body.wrenches.begin(), body.wrenches.end(),
+                     [h](const AppliedWrench& w) { return w.remaining >= 0.0 && w.remaining < h; });
 }
 
 }  // namespace
@@ -40,8 +48,13 @@ void begin_step(World& world) {
     world.last_good.push_back(body.state);
     body.contact_impulse = body.contact_moment = Vec3::Zero();
     world.applied[row] = Wrench{};
-    if (body.type == BodyType::KINEMATIC) aim_at_target(body, h);
+    if (body.type == BodyType::KINEMATIC) {
+      if (body.target || !body.velocity.isZero(0.0) || !body.spin.isZero(0.0)) body.wake();
+      aim_at_target(body, h);
+    }
     if (!body.is_dynamic()) continue;
+    if (body.asleep && (!body.state.p.isZero(0.0) || !body.state.L.isZero(0.0) || ends(body, h)))
+      body.wake();
     world.applied[row] = external_wrench(world, body);
     // A wrench that would carry the state out of the numbers: said before anything moves.
     const Wrench& w = world.applied[row];
@@ -51,17 +64,20 @@ void begin_step(World& world) {
       throw Diverged(world.step_count, static_cast<std::int32_t>(row));
     }
   }
-  for (Contact& c : world.contacts) c.impulse = c.moment_a = c.moment_b = Vec3::Zero();
+  for (Contact& c : world.contacts) {
+    if (!at_rest(world, c.body_a, c.body_b)) c.impulse = c.moment_a = c.moment_b = Vec3::Zero();
+  }
 }
 
 void expire_wrenches(World& world) {
   const double h = world.settings.dt;
   for (Body& body : world.bodies) {
-    std::erase_if(body.wrenches, [h](AppliedWrench& w) {
+    const std::size_t ended = std::erase_if(body.wrenches, [h](AppliedWrench& w) {
       if (w.remaining < 0.0) return false;
       w.remaining -= h;
       return w.remaining <= 1e-9 * h;  // a rounding error is not another step
     });
+    if (ended > 0) body.wake();
   }
 }
 
