@@ -37,7 +37,7 @@ void move_proxies(World& world) {
   for (std::size_t k = 0; k < world.colliders.size(); ++k) {
     const Collider& c = world.colliders[k];
     const Body& body = world.bodies[c.body];
-    if ((body.type == BodyType::STATIC || body.asleep) && !world.geometry_dirty) continue;
+    if (body.type == BodyType::STATIC && !world.geometry_dirty) continue;
     const Pose pose = body.pose() * c.local;
     if (const auto* plane = std::get_if<HalfSpace>(&c.shape)) {
       const Vec3 n = pose.rotate(plane->normal);

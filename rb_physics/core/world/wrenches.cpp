@@ -64,6 +64,14 @@ void begin_step(World& world) {
       throw Diverged(world.step_count, static_cast<std::int32_t>(row));
     }
   }
+  // What lay on something that was changed is awake even if it touches it no more.
+  for (const Contact& c : world.contacts) {
+    if (world.bodies[c.body_a].asleep == world.bodies[c.body_b].asleep) continue;
+    for (const std::int32_t row : {c.body_a, c.body_b}) {
+      Body& body = world.bodies[row];
+      if (body.is_dynamic() && body.asleep) body.wake();
+    }
+  }
   for (Contact& c : world.contacts) {
     if (!at_rest(world, c.body_a, c.body_b)) c.impulse = c.moment_a = c.moment_b = Vec3::Zero();
   }
