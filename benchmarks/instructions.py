@@ -32,7 +32,7 @@ SCENES = {
     "100 resting boxes": (lambda: scenes.resting(100), 20, 10),
     "tower of 10": (lambda: scenes.tower(10), 100, 50),
     "100 bouncing boxes": (lambda: scenes.separate(100), 120, 4),
-    "heap of 100 spheres": (lambda: scenes.heap("spheres", 100), 2, 1),
+    "pile of 40 boxes": (lambda: scenes.pile(40), 2, 2),
 }
 
 
