@@ -101,7 +101,7 @@ gallery: $(VENV)/installed-test build
 	$(PY) -c "from PIL import Image; Image.open('build/gallery/view.png').convert('RGB').crop((510, 200, 1130, 510)).save('docs/images/shapes.png', optimize=True)"
 
 pictures: $(VENV)/installed-test build
-	$(PY) -m benchmarks.pictures
+	$(PY) -m benchmarks.pictures --docs
 
 verify: $(VENV)/installed-test build
 	$(PY) -m benchmarks.accuracy

@@ -1,8 +1,9 @@
 """Pictures of the Rerun views: every layout of three scenes, rendered without a screen.
 
-    python -m benchmarks.pictures [--folder build/pictures]
+    python -m benchmarks.pictures [--folder build/pictures] [--docs]
 
-Prints each picture's name, and every problem the viewer reports; exit code 1 if there is one.
+Prints each picture's name, and every problem the viewer reports; exit code 1 if there is one. With
+--docs the two of the README are cut from them.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def push_column(recorder: Recorder) -> None:
 
 SHOTS = (
     Shot("demo", push_ball, 2.0, 1.2),
-    Shot("single_box", drag_crate, 1.0, 0.5),
+    Shot("single_box", drag_crate, 1.0, 0.3),
     Shot("hundred_bodies", push_column, 1.5, 1.0),
 )
 
@@ -65,7 +66,9 @@ def record(shot: Shot, directory: Path) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--folder", type=Path, default=Path("build/pictures"))
-    folder = parser.parse_args().folder
+    parser.add_argument("--docs", action="store_true", help="write those in docs/images, too")
+    options = parser.parse_args()
+    folder = options.folder
     folder.mkdir(parents=True, exist_ok=True)
     problems = 0
     with tempfile.TemporaryDirectory() as runs:
@@ -78,7 +81,19 @@ def main() -> int:
                 reports = render_png(run, picture, time=shot.moment, layout=layout)
                 print(picture, *reports, sep="\n    ")
                 problems += len(reports)
+    if options.docs:
+        cut_for_docs(folder, Path("docs/images"))
     return 1 if problems else 0
+
+
+def cut_for_docs(folder: Path, docs: Path) -> None:
+    """The README's pictures, without the viewer's frame."""
+    from PIL import Image
+
+    demo = Image.open(folder / "demo_overview.png").convert("RGB").crop((0, 38, 1600, 870))
+    demo.resize((1200, 624), Image.Resampling.LANCZOS).save(docs / "demo.png", optimize=True)
+    many = Image.open(folder / "hundred_bodies_contact.png").convert("RGB")
+    many.crop((430, 200, 1130, 630)).save(docs / "hundred_bodies.png", optimize=True)
 
 
 if __name__ == "__main__":

@@ -50,10 +50,19 @@ def write_rrd(recording: str | Path, path: str | Path, layout: str = "overview")
 
 
 def _shown(log: Recording, contents: dict[str, tuple[str, str | None]], namespace: str) -> set[str]:
-    """The topics a view is made of: not the contact wrenches that it passes over."""
+    """The topics a view is made of: not the contact wrenches that it passes over.
+
+    Those of bodies that came during the run, which topics.json doesn't know, are put into `contents`.
+    """
     bodies: set[str] = set()
     for message in log.messages({namespace + "bodies"}):
         bodies |= wrenches_shown(from_json(decode_string(message.data)))
+    for topic, (content, body) in list(contents.items()):
+        if content == "contact_wrench" and body is not None and f"/{body}/" in topic:
+            for name in sorted(bodies):
+                other = topic.replace(f"/{body}/", f"/{name}/", 1)
+                contents.setdefault(other, (content, name))
+            break
     return {
         topic
         for topic, (content, body) in contents.items()

@@ -152,6 +152,11 @@ def test_view_follows_bodies_that_come_and_go(tmp_path):
                 world.step()
                 recorder.after_step()
         assert recorder.view_error is None
-        write_rrd(tmp_path / "run", tmp_path / "again.rrd")
+        again = write_rrd(tmp_path / "run", tmp_path / "again.rrd")
     finally:
         rr.set_strict_mode(False)
+    from rerun.chunk import RrdReader
+
+    for path in (tmp_path / "run" / "run.rrd", again):
+        entities = {str(chunk.entity_path) for chunk in RrdReader(str(path)).stream()}
+        assert {"/world/bodies/guest", "/plots/contact_force/guest"} <= entities
