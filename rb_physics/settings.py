@@ -50,7 +50,7 @@ class Settings:
     tolerance: float = 1e-13
     max_work: int = 0
     max_events: int = 16
-    max_event_contacts: int = 64
+    max_event_contacts: int = 16
     free_motion: str = "exact"
     friction_combine: str = "geometric_mean"
     restitution_combine: str = "max"

@@ -66,6 +66,36 @@ void face_contacts(const Box& a, const Placement& at_a, const Box& b, const Plac
   clip_faces(reference, incident, reference_is_b, margin, tolerance, out);
 }
 
+// Boxes that lie nearly flat on each other and meet edge to edge: a little turn brings down the
+// corners of the facing faces, so they are part of the manifold. Not beside the crossing itself,
+// which they would say twice.
+void flat_contacts(const Box& a, const Placement& at_a, const Box& b, const Placement& at_b,
+                   const Vec3& normal, double margin, double tolerance, Manifold& out) {
+  constexpr double flat_cosine = 0.985;  // 10 degrees
+  constexpr double beside = 0.02;        // of the smaller box
+  const Vec3 in_a = at_a.rotation.transpose() * normal, in_b = at_b.rotation.transpose() * normal;
+  Eigen::Index axis_a, axis_b;
+  const double cosine_a = in_a.cwiseAbs().maxCoeff(&axis_a);
+  const double cosine_b = in_b.cwiseAbs().maxCoeff(&axis_b);
+  if (std::max(cosine_a, cosine_b) < flat_cosine) return;
+  BoxAxis axis;
+  if (cosine_b >= cosine_a) {
+    axis.kind = BoxAxis::FACE_B;
+    axis.face = 2 * static_cast<int>(axis_b) + (in_b[axis_b] > 0.0 ? 1 : 0);
+  } else {
+    axis.kind = BoxAxis::FACE_A;
+    axis.face = 2 * static_cast<int>(axis_a) + (in_a[axis_a] > 0.0 ? 0 : 1);
+  }
+  Manifold corners;
+  face_contacts(a, at_a, b, at_b, axis, margin, tolerance, corners);
+  const Vec3 crossing = out[out.size() - 1].point_a;
+  const double apart = beside * std::min(size_of(a), size_of(b));
+  for (int i = 0; i < corners.size(); ++i) {
+    const Vec3 offset = corners[i].point_a - crossing;
+    if ((offset - offset.dot(normal) * normal).norm() > apart) out.add(corners[i]);
+  }
+}
+
 // The deepest corner alone, should rounding leave nothing over the face.
 void deepest_contact(const Box& a, const Placement& at_a, const Box& b, const Placement& at_b,
                      const BoxAxis& axis, Manifold& out) {
@@ -180,7 +210,10 @@ void contacts_box_box(const Box& a, const Placement& at_a, const Box& b, const P
 
   const int first = out.size();
   if (axis.kind == BoxAxis::EDGES) {
-    if (edge_edge_contact(a, at_a, b, at_b, axis, tolerance, out)) return;
+    if (edge_edge_contact(a, at_a, b, at_b, axis, tolerance, out)) {
+      flat_contacts(a, at_a, b, at_b, axis.normal, margin, tolerance, out);
+      return;
+    }
   } else {
     face_contacts(a, at_a, b, at_b, axis, margin, tolerance, out);
     if (out.least_separation(first) <= axis.separation + tolerance) return;

@@ -19,6 +19,7 @@ struct Newton {
   BodySpace& space;
   ConeNewtonWorkspace& ws;
   double eps = 0.0;
+  double space_scale = 1.0;  // sqrt of the largest inverse mass
 
   // All in increments from the outer iterate, so that rounding shrinks with them: slip u0 + J B z,
   // reaction G(anchor - u/eps), gradient z - B^T J^T (reaction - anchor); returns its norm.
@@ -134,6 +135,13 @@ struct Newton {
     return step;
   }
 
+  // What rounding leaves of the gradient: it is a sum of impulses.
+  double rounding_of_gradient() {
+    double sq = 0.0;
+    for (std::size_t i = 0; i < cones.size(); ++i) sq += ws.anchor[i].force.squaredNorm();
+    return 1e-16 * std::sqrt(sq) * space_scale;
+  }
+
   bool symmetric() const {
     if (options.map == Map::kAssociated) return true;
     for (std::size_t i = 0; i < cones.size(); ++i) {
@@ -147,20 +155,20 @@ struct Newton {
   int inner() {
     double norm = evaluate(ws.z, true);
     const double start_norm = norm;
+    const double rounding = rounding_of_gradient();
     int steps = 0;
-    while (steps < options.max_inner && norm > 0.0) {
+    while (steps < options.max_inner && norm > rounding) {
       if (!space.factorize(problem, cones, ws.d, 1.0 / eps, symmetric())) break;
       ws.dz = ws.gradient;
       space.solve(ws.dz);
       const double step = line_search();
       for (std::size_t i = 0; i < ws.z.size(); ++i) ws.z[i] -= step * ws.dz[i];
-      const double next = evaluate(ws.z, true);
+      norm = evaluate(ws.z, true);
       ++steps;
-      const bool rounding = step == 1.0 && next > 0.5 * norm && next < 1e-6 * start_norm;
-      norm = next;
-      if (norm <= options.inner_tolerance * start_norm || rounding) return steps;
+      if (norm <= options.inner_tolerance * start_norm) return steps;
+      if (step < 1e-6) break;  // no way down along this direction
     }
-    return norm <= 1e-2 * start_norm ? steps : -steps;
+    return norm <= 1e-2 * start_norm || norm <= 4.0 * rounding ? steps : -steps;
   }
 };
 
@@ -188,6 +196,9 @@ ConeNewtonReport cone_newton(const ContactProblem& problem, const std::vector<Fr
   for (const ContactConstraint& c : problem.contacts) {
     w_min = std::min(w_min, inverse_effective_mass(problem, c));
   }
+  double w_max = 0.0;
+  for (const double m : problem.inv_mass) w_max = std::max(w_max, m);
+  newton.space_scale = std::sqrt(w_max);
   velocity_from_impulses(problem, impulse, moment, ws.v);
   ws.best_impulse = impulse;
   ws.best_moment = moment;
@@ -195,7 +206,7 @@ ConeNewtonReport cone_newton(const ContactProblem& problem, const std::vector<Fr
   int without_progress = 0;
   newton.eps = options.first_softness * w_min;
   if (options.first_softness < 1.0 &&
-      report.residual <= 1e-5) {  // a start that is nearly right allows a stiff first step
+      report.residual <= 1e-3) {  // a start that is nearly right allows a stiff first step
     newton.eps = std::max(options.softness, 10.0 * report.residual) * w_min;
   }
   while (report.outer < options.max_outer && report.steps < options.max_steps) {
@@ -227,6 +238,8 @@ ConeNewtonReport cone_newton(const ContactProblem& problem, const std::vector<Fr
     }
     // One step more than the tolerance asks for is cheap, and the forces of slender stacks need it.
     if (r == 0.0 || (reached && rate > 0.1) || without_progress >= 8) break;
+    // Crawling where only rounding is left.
+    if (report.residual <= options.enough && rate > 0.3) break;
     if (rate > 0.01) {
       newton.eps =
           std::max(newton.eps * (steps <= 3 ? options.hardening : 0.2), options.softness * w_min);

@@ -39,6 +39,7 @@ struct ConeNewtonOptions {
   int max_steps = 100;
   int max_inner = 12;
   double tolerance = 1e-13;
+  double enough = 0.0;  // at or below it, two outer steps of the same size end the work
 };
 
 struct ConeNewtonReport {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "solver/contact_operators.hpp"
+#include "solver/interior_point.hpp"
 #include "solver/residual.hpp"
 
 namespace rb {
@@ -15,6 +16,9 @@ namespace {
 constexpr int kFirstSweeps = 5;      // find most of the active set
 constexpr int kRetrySweeps = 60;     // before another Newton attempt
 constexpr double kGoodStart = 1e-3;  // a warm start below it goes to Newton as it is
+constexpr std::size_t kLarge = 64;   // contacts: more of them end where rounding begins to show
+constexpr double kCentral = 1e-5;    // where the interior-point method hands over to Newton
+constexpr int kMostCentral = 30;     // its steps
 constexpr double kSoftness = 1e-8;
 
 struct Solve {
@@ -113,6 +117,7 @@ struct Solve {
     ConeNewtonOptions options;
     options.softness = softness;
     options.tolerance = target;
+    if (large()) options.enough = settings.enough;
     if (attempt > 0) {  // another, softer path to the same answer
       options.first_softness = attempt % 2 == 1 ? 10.0 : 1.0;
       options.max_inner = 25;
@@ -123,6 +128,22 @@ struct Solve {
     work += r.steps * (ws.space.factor_work() / 100.0 + 4.0 * problem.contacts.size());
   }
 
+  bool large() const { return problem.contacts.size() > kLarge; }
+
+  // A start for Newton where sweeps leave too much open. Kept if it is nearer.
+  void interior() {
+    ws.saved_impulse = io.impulse;
+    const double before = report.residual;
+    const InteriorPointReport r =
+        interior_point(problem, ws.cones, std::max(kCentral, settings.enough), kMostCentral,
+                       ws.space, ws.interior_point, io.impulse);
+    report.newton_steps += r.steps;
+    work += r.steps * (ws.space.factor_work() / 100.0 + 4.0 * problem.contacts.size());
+    if (measure().natural_map < before) return;
+    io.impulse = ws.saved_impulse;
+    measure();
+  }
+
   void solve_direct() {
     if (!(report.residual <= kGoodStart)) sweep(kFirstSweeps);
     measure();
@@ -130,10 +151,17 @@ struct Solve {
       const double goal = std::min(target, std::max(settings.warm_tolerance, floor));
       return report.residual <= (attempt == 0 ? goal : target);
     };
+    bool central = !io.moment.empty();  // the interior-point method knows no moments
     for (int k = 0; k < settings.newton_attempts && !reached(k) && !out_of_work(); ++k) {
       // What is left is the rounding of an ill-conditioned island: no use to insist.
-      if (k >= 2 && report.residual <= settings.enough) break;
-      if (k > 0) sweep(kRetrySweeps << (k - 1));
+      if (report.residual <= settings.enough && k >= (large() ? 1 : 2)) break;
+      if (!central && (k > 0 || (large() && report.residual > kGoodStart))) {
+        interior();
+        central = true;
+        if (report.residual <= target) break;
+      } else if (k > 0) {
+        sweep(kRetrySweeps << (k - 1));
+      }
       newton(k);
       measure();
     }
@@ -214,7 +242,8 @@ struct Solve {
       report.minimum_norm = problem.contacts.size() == 1;
       return;
     }
-    if (r.natural_map > 1e-9 || out_of_work()) return;
+    // Faces are told apart by the slips: only where those are right beyond doubt.
+    if (r.natural_map > (large() ? 1e-11 : 1e-9) || out_of_work()) return;
     cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
     ws.saved_impulse = io.impulse;
     ws.saved_moment = io.moment;

@@ -16,6 +16,7 @@
 #include "solver/block_gauss_seidel.hpp"
 #include "solver/body_space.hpp"
 #include "solver/cone_newton.hpp"
+#include "solver/interior_point.hpp"
 #include "solver/minimum_norm.hpp"
 #include "solver/sliding_load.hpp"
 #include "solver/solver_settings.hpp"
@@ -29,6 +30,7 @@ struct SolverWorkspace {
   GaussSeidelWorkspace gauss_seidel;
   BodySpace space;
   ConeNewtonWorkspace newton;
+  InteriorPointWorkspace interior_point;
   MinimumNormWorkspace minimum_norm;
   SlidingLoadWorkspace sliding_load;
   std::vector<Vec6> v;

@@ -176,7 +176,7 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
   ws.dz = ws.target;
   double norm = scale;
   int steps = 0;
-  constexpr int kMaxSteps = 30;
+  constexpr int kMaxSteps = 12;  // it converges in 2 to 8 or not at all
   while (steps < kMaxSteps) {
     if (!space.factorize(problem, cones, ws.d, 1.0 / eps, true)) return -steps - 1;
     for (Vec6& x : ws.dz) x /= eps;

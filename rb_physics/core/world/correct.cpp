@@ -1,7 +1,7 @@
 // Position correction: pushes overlapping bodies apart by the smallest displacement (in the metric
 // of their masses) that separates them. It moves positions only: both momenta stay, to the bit. So
 // that the kinetic energy L . J^-1 L / 2 stays as well, a body does not turn about omega x L, the
-// one axis along which turning changes it; the last pass moves without turning at all.
+// one axis along which turning changes it.
 #include "world/correct.hpp"
 
 #include <algorithm>
@@ -15,23 +15,25 @@
 namespace rb {
 namespace {
 
-constexpr double slack = 0.01;  // of the touch distance: rounding is left alone
-constexpr int passes = 4;       // the gaps are linearised: curved ones take another look
+constexpr double slack = 0.01;      // of the touch distance: rounding is left alone
+constexpr double most_turn = 10.0;  // times the overlap over the size: what a correction may turn
+constexpr int passes = 4;           // the gaps are linearised: curved ones take another look
 
 bool overlaps(const Contact& c) { return !c.ghost && c.point.separation < -slack * c.touch; }
 
-// Without the part that would change the kinetic energy at constant L.
-Vec3 harmless_turn(const World& world, std::int32_t row, const Vec3& turn) {
+// The inverse inertia for turns of at most `turn` rad that leave the kinetic energy at constant L
+// as it is: none about omega x L, unless it is as good as zero.
+Mat3 harmless_inverse_inertia(const World& world, std::int32_t row, const Mat3& inverse,
+                              double turn) {
   constexpr double rounding = 1e-13;  // of the energy of its rotation, or to lift it by its size
   const Body& body = world.bodies[row];
   const Vec3 axis = body.angular_velocity().cross(body.state.L);
-  const double length_sq = axis.squaredNorm();
+  const double length = axis.norm();
   const double energy = 0.5 * body.angular_velocity().dot(body.state.L) +
                         body.inertia.mass * world.settings.gravity.norm() * world.reach[row];
-  const double change = turn.dot(axis);
-  const double excess = std::fabs(change) - rounding * energy;
-  if (!(excess > 0.0)) return turn;
-  return turn - (std::copysign(excess, change) / length_sq) * axis;
+  if (turn * length <= rounding * energy) return inverse;
+  const Mat3 keep = Mat3::Identity() - axis * axis.transpose() / (length * length);
+  return keep * inverse * keep;
 }
 
 // Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0.
@@ -44,6 +46,14 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   ContactProblem& problem = work.problem;
   build_bodies(world.bodies, index, problem);
   for (Vec6& v : problem.velocity) v.setZero();
+  double deepest = 0.0;
+  for (const std::int32_t i : contacts) {
+    deepest = std::fmax(deepest, -world.contacts[i].point.separation);
+  }
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const double turn = most_turn * deepest / world.reach[rows[k]];
+    problem.inv_inertia[k] = harmless_inverse_inertia(world, rows[k], problem.inv_inertia[k], turn);
+  }
   for (const std::int32_t i : contacts) {
     const Contact& contact = world.contacts[i];
     if (contact.ghost) continue;
@@ -57,13 +67,14 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   work.solution.moment.clear();
   work.solution.certificate.clear();
   SolverSettings settings;
-  settings.tolerance = 1e-9;  // of the overlap: what is left is corrected by the next pass
+  // Of the overlap: what is left is corrected by the next pass. The displacement is unique, the
+  // impulses need not be.
+  settings.tolerance = settings.enough = 1e-4;
+  settings.minimum_norm = false;
   settings.max_work = world.settings.max_work;
   solve_contacts(problem, settings, work.solution, work.solver);
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    Vec6 displacement = work.solution.velocity[k];
-    displacement.tail<3>() = harmless_turn(world, rows[k], displacement.tail<3>());
-    shift_body(world.bodies[rows[k]], displacement);
+    shift_body(world.bodies[rows[k]], work.solution.velocity[k]);
   }
 }
 

@@ -30,7 +30,7 @@ struct Settings {
   Combine restitution_combine = Combine::MAX;
   // Islands with more contact points than this take the whole step in one solve, without contact
   // times.
-  int max_event_contacts = 64;
+  int max_event_contacts = 16;
   // m/s: a rebound slower than this counts as resting. Unset: the speed at which the next bounce
   // would fit into one step, acceleration * dt / 2 (the Zeno rule).
   std::optional<double> restitution_threshold;
