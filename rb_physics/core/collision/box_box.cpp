@@ -68,7 +68,8 @@ void face_contacts(const Box& a, const Placement& at_a, const Box& b, const Plac
 
 // Boxes that lie nearly flat on each other and meet edge to edge: a little turn brings down the
 // corners of the facing faces, so they are part of the manifold. Not beside the crossing itself,
-// which they would say twice.
+// which they would say twice, and none deeper than it: the depth of two boxes is the least there
+// is.
 void flat_contacts(const Box& a, const Placement& at_a, const Box& b, const Placement& at_b,
                    const Vec3& normal, double margin, double tolerance, Manifold& out) {
   constexpr double flat_cosine = 0.985;  // 10 degrees
@@ -89,9 +90,11 @@ void flat_contacts(const Box& a, const Placement& at_a, const Box& b, const Plac
   Manifold corners;
   face_contacts(a, at_a, b, at_b, axis, margin, tolerance, corners);
   const Vec3 crossing = out[out.size() - 1].point_a;
+  const double least = out[out.size() - 1].separation;
   const double apart = beside * std::min(size_of(a), size_of(b));
   for (int i = 0; i < corners.size(); ++i) {
     const Vec3 offset = corners[i].point_a - crossing;
+    if (corners[i].separation < least) continue;
     if ((offset - offset.dot(normal) * normal).norm() > apart) out.add(corners[i]);
   }
 }

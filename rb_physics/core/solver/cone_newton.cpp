@@ -19,7 +19,6 @@ struct Newton {
   BodySpace& space;
   ConeNewtonWorkspace& ws;
   double eps = 0.0;
-  double space_scale = 1.0;  // sqrt of the largest inverse mass
 
   // All in increments from the outer iterate, so that rounding shrinks with them: slip u0 + J B z,
   // reaction G(anchor - u/eps), gradient z - B^T J^T (reaction - anchor); returns its norm.
@@ -135,13 +134,6 @@ struct Newton {
     return step;
   }
 
-  // What rounding leaves of the gradient: it is a sum of impulses.
-  double rounding_of_gradient() {
-    double sq = 0.0;
-    for (std::size_t i = 0; i < cones.size(); ++i) sq += ws.anchor[i].force.squaredNorm();
-    return 1e-16 * std::sqrt(sq) * space_scale;
-  }
-
   bool symmetric() const {
     if (options.map == Map::kAssociated) return true;
     for (std::size_t i = 0; i < cones.size(); ++i) {
@@ -155,20 +147,21 @@ struct Newton {
   int inner() {
     double norm = evaluate(ws.z, true);
     const double start_norm = norm;
-    const double rounding = rounding_of_gradient();
     int steps = 0;
-    while (steps < options.max_inner && norm > rounding) {
+    while (steps < options.max_inner && norm > 0.0) {
       if (!space.factorize(problem, cones, ws.d, 1.0 / eps, symmetric())) break;
       ws.dz = ws.gradient;
       space.solve(ws.dz);
       const double step = line_search();
       for (std::size_t i = 0; i < ws.z.size(); ++i) ws.z[i] -= step * ws.dz[i];
-      norm = evaluate(ws.z, true);
+      const double next = evaluate(ws.z, true);
       ++steps;
-      if (norm <= options.inner_tolerance * start_norm) return steps;
+      const bool rounding = next > 0.5 * norm && next < 1e-4 * start_norm;
+      norm = next;
+      if (norm <= options.inner_tolerance * start_norm || rounding) return steps;
       if (step < 1e-6) break;  // no way down along this direction
     }
-    return norm <= 1e-2 * start_norm || norm <= 4.0 * rounding ? steps : -steps;
+    return norm <= 1e-2 * start_norm ? steps : -steps;
   }
 };
 
@@ -196,9 +189,6 @@ ConeNewtonReport cone_newton(const ContactProblem& problem, const std::vector<Fr
   for (const ContactConstraint& c : problem.contacts) {
     w_min = std::min(w_min, inverse_effective_mass(problem, c));
   }
-  double w_max = 0.0;
-  for (const double m : problem.inv_mass) w_max = std::max(w_max, m);
-  newton.space_scale = std::sqrt(w_max);
   velocity_from_impulses(problem, impulse, moment, ws.v);
   ws.best_impulse = impulse;
   ws.best_moment = moment;
@@ -206,7 +196,8 @@ ConeNewtonReport cone_newton(const ContactProblem& problem, const std::vector<Fr
   int without_progress = 0;
   newton.eps = options.first_softness * w_min;
   if (options.first_softness < 1.0 &&
-      report.residual <= 1e-3) {  // a start that is nearly right allows a stiff first step
+      report.residual <=
+          options.good_start) {  // a start that is nearly right allows a stiff first step
     newton.eps = std::max(options.softness, 10.0 * report.residual) * w_min;
   }
   while (report.outer < options.max_outer && report.steps < options.max_steps) {

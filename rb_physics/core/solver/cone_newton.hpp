@@ -33,6 +33,7 @@ struct ConeNewtonOptions {
   Map map = Map::kCoulomb;
   double softness = 1e-5;        // eps relative to the smallest w_i
   double first_softness = 1e-1;  // of the first outer step, times hardening at each further one
+  double good_start = 1e-5;      // a residual at or below it allows a stiff first step
   double hardening = 0.03;
   double inner_tolerance = 1e-6;
   int max_outer = 30;

@@ -117,7 +117,10 @@ struct Solve {
     ConeNewtonOptions options;
     options.softness = softness;
     options.tolerance = target;
-    if (large()) options.enough = settings.enough;
+    if (large()) {
+      options.enough = settings.enough;
+      options.good_start = 1e-3;
+    }
     if (attempt > 0) {  // another, softer path to the same answer
       options.first_softness = attempt % 2 == 1 ? 10.0 : 1.0;
       options.max_inner = 25;
