@@ -63,7 +63,7 @@ lint: $(VENV)/installed-dev build
 	$(PY) -m ruff check $(wildcard $(SOURCES))
 	$(PY) -m ruff format --check $(wildcard $(SOURCES))
 	$(PY) -m mypy
-	$(VENV)/bin/clang-format --dry-run -Werror $(CPP)
+	@$(VENV)/bin/clang-format --dry-run -Werror $(CPP)
 	RB_PHYSICS_WERROR=1 $(PY) setup.py -q build_ext --build-lib build/werror
 
 format: $(VENV)/installed-dev
