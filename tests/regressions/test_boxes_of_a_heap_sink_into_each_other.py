@@ -5,6 +5,7 @@ correction turned was put back afterwards.
 """
 
 import numpy as np
+
 import rb_physics as rb
 
 
