@@ -1,12 +1,59 @@
 #include "math/workers.hpp"
 
+#include <pthread.h>
+
+#include <algorithm>
+#include <new>
+
 namespace rb {
+namespace {
+
+// Threads do not survive a fork: the pools of the parent are orphans in the child.
+struct Registry {
+  std::mutex mutex;
+  std::vector<const void*> living, orphans;
+
+  static Registry& get() {
+    static Registry& registry = made();
+    return registry;
+  }
+
+  void enter(const void* pool) {
+    const std::lock_guard lock(mutex);
+    living.push_back(pool);
+  }
+
+  // Whether the pool was an orphan; it is none from now on.
+  bool leave(const void* pool) {
+    const std::lock_guard lock(mutex);
+    std::erase(living, pool);
+    return std::erase(orphans, pool) > 0;
+  }
+
+ private:
+  static Registry& made() {
+    static Registry* registry = new Registry;  // outlives every pool
+    pthread_atfork([] { get().mutex.lock(); }, [] { get().mutex.unlock(); },
+                   [] {
+                     Registry& r = get();
+                     r.orphans.insert(r.orphans.end(), r.living.begin(), r.living.end());
+                     r.living.clear();
+                     r.mutex.unlock();
+                   });
+    return *registry;
+  }
+};
+
+}  // namespace
 
 Workers::Workers(int count) {
+  Registry::get().enter(this);
   for (int k = 1; k < count; ++k) helpers_.emplace_back([this, k] { help(k); });
 }
 
 Workers::~Workers() {
+  run_all(0, nullptr, nullptr);  // an orphan lets its dead helpers go
+  Registry::get().leave(this);
   {
     const std::lock_guard lock(mutex_);
     quit_ = true;
@@ -47,6 +94,17 @@ void Workers::help(int worker) {
 }
 
 void Workers::run_all(std::size_t n, const void* piece, Call call) {
+  if (Registry::get().leave(this)) {
+    // In a forked child: what the dead helpers left behind may be locked or waited for, and cannot
+    // be destroyed. Begin anew, without them.
+    new (&mutex_) std::mutex;
+    new (&wake_) std::condition_variable;
+    new (&done_) std::condition_variable;
+    new (&helpers_) std::vector<std::thread>;
+    open_ = false;
+    inside_ = 0;
+  }
+  Registry::get().enter(this);
   {
     const std::lock_guard lock(mutex_);
     piece_ = piece;
