@@ -65,7 +65,7 @@ def test_everything_comes_again_in_its_time(client, replay, recording):
 
 
 def test_start_skips_but_latched_topics_come(client, replay, recording):
-    node = replay(recording=recording, start=0.9, rate=0.1)
+    node = replay(recording=recording, start=0.9, rate=0.01)  # 10 s: time to find each other
     poses = client.collect(PoseArray, "/sim_node/poses")
     names = client.collect(String, "/sim_node/body_names", latched=True)
     wait_for(lambda: names and poses, "names and poses")
