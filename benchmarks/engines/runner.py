@@ -110,7 +110,7 @@ def run_scene(name: str, workers: list[Worker], cap: float) -> list[Cell]:
                 limit = 3 * cap
                 left[worker.name] -= worker.ask(limit, "step", piece)
                 done += piece
-            if done < scene.warm_up:
+            if done < scene.warm_up or left[worker.name] <= 0:
                 cell.at_least = (time.perf_counter() - start) / done
                 cell.bad = (
                     f"{done} of {scene.warm_up} steps before the measurement within {cap:g} s"
