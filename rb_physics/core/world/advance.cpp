@@ -241,7 +241,7 @@ SolverSettings IslandAdvance::solver_settings() const {
   // was next to nothing, else a stack hums between two answers.
   settings.warm_tolerance = 0.1 * settings.tolerance;
   settings.max_work = world_.settings.max_work;
-  settings.enough = 1e-9;  // a tenth of what any island may report
+  settings.enough = 1e-9;                                   // a tenth of what any island may report
   settings.newton_attempts = active_.size() <= 64 ? 8 : 4;  // a jam of few contacts is worth it
   return settings;
 }
