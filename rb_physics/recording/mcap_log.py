@@ -22,9 +22,9 @@ from .rosbag2 import FileInfo, bag_metadata, channel_metadata, write_atomically
 from .topics import Qos
 
 _WAKE = 0.01  # s between two looks into the queue; short, so that no burst holds the interpreter
-# `write` gives way to the writer's thread so many flush intervals after the last flush, and for at
-# most so many s each time.
-_BEHIND, _GIVE_WAY = 1.5, 0.03
+# `write` gives way to the writer's thread when what was given so many flush intervals ago hasn't
+# reached the file, and for at most so many s each time.
+_BEHIND, _GIVE_WAY = 1.75, 0.5
 _YIELD_EVERY = 64  # messages written before other threads get a chance
 _RESERVE_CHUNKS = 4  # room for the chunks in hand, kept free on the disk beside the file's index
 # The index waits in memory for its file's end, and readers look through all of it: at this size a
@@ -143,7 +143,7 @@ class McapLog:
         self._last_time = 0
         self._blocks = policy == "block"
         self._flushed = threading.Condition()
-        self._last_flush = time.monotonic()
+        self._last_flush = self._covered = time.monotonic()  # covered: given before is in the file
         self._waits = 0
         self._stopped = False  # the file was closed before `close`
         self.messages = 0  # written to the file
@@ -180,10 +180,13 @@ class McapLog:
             self._queue.dropped += len(entries)
             return
         self._queue.put(entries)
-        if self._blocks and time.monotonic() - self._last_flush > _BEHIND * self._flush_interval:
+        if self._blocks and self._behind():
             with self._flushed:
                 self._waits += 1
-                self._flushed.wait(_GIVE_WAY)
+                self._flushed.wait_for(lambda: not self._behind() or self._queue.closed, _GIVE_WAY)
+
+    def _behind(self) -> bool:
+        return time.monotonic() - self._covered > _BEHIND * self._flush_interval
 
     @property
     def closed(self) -> bool:
@@ -213,14 +216,16 @@ class McapLog:
             closed = self._queue.closed
             left = self._last_flush + self._flush_interval - time.monotonic()
             entries = self._queue.take(min(_WAKE, max(left, 0.0)))
+            taken = time.monotonic()
             try:
                 for start in range(0, len(entries), _YIELD_EVERY):
                     self._write_entries(entries[start : start + _YIELD_EVERY])
                     time.sleep(0)
                 if time.monotonic() - self._last_flush >= self._flush_interval:
                     self._flush()
+                    self._last_flush = time.monotonic()
                     with self._flushed:
-                        self._last_flush = time.monotonic()
+                        self._covered = taken
                         self._flushed.notify_all()
                 if closed:
                     self._end_file()
@@ -334,6 +339,8 @@ class McapLog:
     def _fail(self, sentence: str) -> None:
         self.error = sentence
         self._queue.close()
+        with self._flushed:
+            self._flushed.notify_all()
         self._queue.dropped += len(self._queue.take(0))
         if not self._stopped:
             # The file has no index now, but every chunk committed before is complete.
