@@ -154,7 +154,9 @@ struct Solve {
       const double goal = std::min(target, std::max(settings.warm_tolerance, floor));
       return report.residual <= (attempt == 0 ? goal : target);
     };
-    bool central = !io.moment.empty();  // the interior-point method knows no moments
+    // The interior-point method knows no moments; and between nearly opposite normals, where few
+    // contacts jam, the centre of the answers lies at infinity.
+    bool central = !io.moment.empty() || !large();
     for (int k = 0; k < settings.newton_attempts && !reached(k) && !out_of_work(); ++k) {
       // What is left is the rounding of an ill-conditioned island: no use to insist.
       if (report.residual <= settings.enough && k >= (large() ? 1 : 2)) break;
