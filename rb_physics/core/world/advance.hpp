@@ -86,7 +86,7 @@ class IslandAdvance {
   std::vector<ContactDrift>& drifts_ = work_.drifts;    // per constraint
   std::vector<Vec6>& shift_ = work_.shift;              // m, rad; per body, or empty
   Vec3 reference_ = Vec3::Zero();  // m/s: problems are set up in the frame that moves along
-  double elapsed_ = 0.0;                                // s since the step began
+  double elapsed_ = 0.0;           // s since the step began
 };
 
 }  // namespace rb
