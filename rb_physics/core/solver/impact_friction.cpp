@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kMaxSweeps = 2000;
 constexpr int kMaxRests = 4;
+constexpr double kRounding = 1e-15;  // of the fastest contact: what sweeps settle to
 
 }  // namespace
 
@@ -34,7 +35,7 @@ int impact_friction(const ContactProblem& problem, std::vector<Vec3>& impulse,
   if (moments) moment.assign(nc, Vec3::Zero());
 
   int sweeps = 0;
-  for (double change = 1.0; sweeps < kMaxSweeps && change > 1e-16 * fastest; ++sweeps) {
+  for (double change = 1.0; sweeps < kMaxSweeps && change > kRounding * fastest; ++sweeps) {
     change = 0.0;
     for (std::size_t i = 0; i < nc; ++i) {
       const double bound = ws.cones[i].slide * impulse[i][0];

@@ -7,6 +7,8 @@
 namespace rb {
 namespace {
 
+constexpr double kRounding = 4e-16;  // a finer search would only follow the rounding
+
 // lambda_t(beta) in the eigenbasis of W~ (2x2, symmetric).
 struct TangentialPlane {
   double d1, d2;  // eigenvalues
@@ -54,11 +56,11 @@ Vec3 slide(const Mat3& w, const Vec3& q, double mu) {
   double beta = high;
   if (!std::isfinite(f_low)) f_low = std::abs(f_high);
   int side = 0;
-  for (int k = 0; k < 100 && high - low > 1e-16 * high; ++k) {
+  for (int k = 0; k < 100 && high - low > kRounding * high; ++k) {
     beta = (low * f_high - high * f_low) / (f_high - f_low);
     if (!(beta > low && beta < high) || k % 8 == 7) beta = 0.5 * (low + high);
     const double f = excess(beta);
-    if (std::abs(f) <= 1e-16 * std::abs(q[0]) * inv_nn) break;
+    if (std::abs(f) <= kRounding * std::abs(q[0]) * inv_nn) break;
     if (f > 0.0) {
       low = beta;
       f_low = f;
@@ -104,7 +106,7 @@ Vec2 solve_local_slip(const Eigen::Matrix2d& w, const Vec2& q, double bound) {
     const double slope = (x1 * x1 / (plane.d1 + beta) + x2 * x2 / (plane.d2 + beta)) / size;
     double next = beta + (size - bound) * size / (bound * slope);
     if (!(next >= low && next <= high)) next = 0.5 * (low + high);
-    if (std::abs(next - beta) <= 1e-16 * high) break;
+    if (std::abs(next - beta) <= kRounding * high) break;
     beta = next;
   }
   const Vec2 t = plane.lambda(beta);
