@@ -75,6 +75,8 @@ format: $(VENV)/installed-dev
 # find __cxa_throw at start) and leaks, most of them the interpreter's own, are not reported.
 sanitize: $(VENV)/installed-test build
 	RB_PHYSICS_SANITIZE=1 $(PY) setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
+	@mkdir -p build/sanitize/share/rb_physics
+	@ln -sfn $(CURDIR)/scenes $(CURDIR)/msg_configs build/sanitize/share/rb_physics/
 	env LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libstdc++.so)" \
 	  ASAN_OPTIONS=detect_leaks=0:abort_on_error=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
 	  PYTHONPATH=build/sanitize/lib RB_PHYSICS_TEST_BUILD=build/sanitize/lib \

@@ -17,6 +17,7 @@ DEMANDED = os.environ.get("RB_PHYSICS_TEST_BUILD")
 
 if DEMANDED or not BUILT_IN_PLACE:
     sys.path[:] = [p for p in sys.path if Path(p or ".").resolve() != ROOT]
+    sys.path.append(str(ROOT))  # for the helpers of tests; last, so that the build comes first
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
