@@ -13,7 +13,9 @@ from pathlib import Path
 
 from setuptools import find_packages, setup
 from setuptools.command.build_ext import build_ext
+from setuptools.command.develop import develop
 
+CALLED_FROM = Path.cwd()
 ROOT = Path(__file__).resolve().parent
 os.chdir(ROOT)  # colcon and pip may call from elsewhere; setuptools wants relative paths
 
@@ -114,6 +116,18 @@ def shared(folder: str, *patterns: str) -> tuple[str, list[str]]:
     return f"share/rb_physics/{folder}", files
 
 
+class Develop(develop):
+    """`colcon build --symlink-install` puts its folder of links on PYTHONPATH: the scripts look for
+    the package's metadata there."""
+
+    def run(self) -> None:
+        super().run()
+        link, metadata = (folder / "rb_physics.egg-info" for folder in (CALLED_FROM, ROOT))
+        linked = (CALLED_FROM / "setup.py").is_symlink() and metadata.is_dir()
+        if linked and not os.path.lexists(link):
+            link.symlink_to(metadata, target_is_directory=True)
+
+
 ParallelCompile("RB_PHYSICS_JOBS", needs_recompile=needs_recompile).install()
 setup(
     python_requires=">=3.11",  # in setup.cfg it becomes an object that colcon cannot read
@@ -123,7 +137,7 @@ setup(
         *(f"rb_physics_nodes.{name}" for name in find_packages("nodes")),
     ],
     ext_modules=[core],
-    cmdclass={"build_ext": BuildCore},
+    cmdclass={"build_ext": BuildCore, "develop": Develop},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/rb_physics"]),
         ("share/rb_physics", ["package.xml"]),

@@ -1,26 +1,39 @@
-"""Warnings about refused messages: the first at once, then at most one a second for each topic."""
+"""Warnings about refused messages: each text at once, then at most once a second for its topic."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 INTERVAL = 1.0  # s of wall time
+MOST_TEXTS = 10  # of one topic within the interval: a flood of wrong names is cut there
+
+
+@dataclass
+class _Window:
+    end: float
+    texts: set[str] = field(default_factory=set)
+    left_out: int = 0
 
 
 class Complaints:
-    """Throttles by key; says how many lines were left out."""
+    """Throttles by key and text; says how many lines were left out."""
 
     def __init__(self, warn: Callable[[str], object]) -> None:
         self._warn = warn
-        self._next: dict[str, float] = {}
-        self._left_out: dict[str, int] = {}
+        self._windows: dict[str, _Window] = {}
 
     def __call__(self, key: str, text: str) -> None:
         now = time.monotonic()
-        if now < self._next.get(key, now):
-            self._left_out[key] = self._left_out.get(key, 0) + 1
-            return
-        self._next[key] = now + INTERVAL
-        left_out = self._left_out.pop(key, 0)
-        self._warn(f"{text} ({left_out} refused since the last line)" if left_out else text)
+        window = self._windows.get(key)
+        if window is None or now >= window.end:
+            left_out = window.left_out if window else 0
+            window = self._windows[key] = _Window(now + INTERVAL)
+            window.texts.add(text)
+            self._warn(f"{text} ({left_out} refused since the last line)" if left_out else text)
+        elif text in window.texts or len(window.texts) >= MOST_TEXTS:
+            window.left_out += 1
+        else:
+            window.texts.add(text)
+            self._warn(text)

@@ -48,6 +48,8 @@ def declare(node: Node, table: Mapping[str, Mapping[str, Any]]) -> dict[str, Any
         if given is not None:
             if kind == Parameter.Type.DOUBLE and given.type_ == Parameter.Type.INTEGER:
                 given = known[name] = Parameter(name, kind, float(given.value))
+            if given.value is False and "off" in entry.get("choices", ()):
+                given = known[name] = Parameter(name, kind, "off")  # what YAML makes of a bare off
             if given.type_ != kind:
                 raise ValueError(
                     f"parameter {name} is {given.value!r}, but must be a {entry['type']}"

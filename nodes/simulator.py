@@ -43,7 +43,7 @@ class Simulator:
         self._node = node
         scene = rb.load_scene(values["scene"])
         world = scene.build()
-        self._complaints = Complaints(node.get_logger().warning)
+        self._complaints = Complaints(self._log_warning)
         self.recorder = self._make_recorder(scene, world, values)
         try:
             self._connect(world, values)
@@ -174,6 +174,10 @@ class Simulator:
 
     def _complain(self, key: str, text: str) -> None:
         self._complaints(key, text)
+
+    def _log_warning(self, text: str) -> None:
+        self._node.get_logger().warning(text)
+        self.recorder.event("WARN", text)
 
     def _log_error(self, text: str) -> None:
         self._node.get_logger().error(text)

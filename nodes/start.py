@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from typing import Any
 
 
@@ -11,6 +14,14 @@ class StartError(RuntimeError):
 
 def import_rclpy() -> Any:
     """rclpy, or a StartError that tells what is missing."""
+    chosen = os.environ.get("RMW_IMPLEMENTATION", "")
+    # A middleware that isn't there ends the process inside rcl: a process of its own tries it.
+    if chosen not in ("", "rmw_fastrtps_cpp") and not _starts_with_rclpy():
+        raise StartError(
+            f"the ROS middleware {chosen}, named by the environment variable RMW_IMPLEMENTATION, "
+            "is not installed for this Python: unset the variable (rmw_fastrtps_cpp comes with "
+            "pip install ros-jazzy-rmw-fastrtps-cpp) or install that middleware"
+        )
     try:
         import rclpy
         from rclpy.impl.implementation_singleton import rclpy_implementation  # noqa: F401
@@ -25,6 +36,12 @@ def import_rclpy() -> Any:
             "ros-jazzy-rmw-fastrtps-cpp, or source your ROS 2 installation"
         ) from None
     return rclpy
+
+
+def _starts_with_rclpy() -> bool:
+    program = "from rclpy.impl.implementation_singleton import rclpy_implementation"
+    tried = subprocess.run([sys.executable, "-c", program], capture_output=True, check=False)
+    return tried.returncode == 0
 
 
 def one_line(error: BaseException) -> str:

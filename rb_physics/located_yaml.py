@@ -203,11 +203,22 @@ def _broken_rules(document: Document, schema: dict[str, Any]) -> list[tuple[Path
             broken.append(((*path, key), f"unknown key {{field}}{_hint(key, known)}"))
         elif error.validator == "required":
             key = next(key for key in error.validator_value if key not in error.instance)
-            about = error.schema.get("properties", {}).get(key, {}).get("description")
-            broken.append(((*path, key), "{field} is missing" + (f" ({about})" if about else "")))
+            known = error.schema.get("properties", {})
+            about = known.get(key, {}).get("description")
+            missing = "{field} is missing" + (f" ({about})" if about else "")
+            broken.append(((*path, key), missing + _near(key, error.instance, known)))
         else:
             broken.append((path, _sentence(error)))
     return broken
+
+
+def _near(missing: str, given: Iterable[object], known: Iterable[object]) -> str:
+    """Names a key that was meant to be the missing one."""
+    if "<<" in given:
+        return "; merge keys (<<) are not supported"
+    unknown = [str(key) for key in given if key not in known]
+    close = difflib.get_close_matches(missing, unknown, n=1)
+    return f"; there is an unknown key {close[0]} (did you mean {missing}?)" if close else ""
 
 
 def _hint(word: object, known: Iterable[object]) -> str:

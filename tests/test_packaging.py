@@ -68,6 +68,13 @@ def clean_environment(**more: str) -> dict[str, str]:
     return {**kept, "ROS_DOMAIN_ID": domain, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", **more}
 
 
+def outer_libraries() -> str:
+    """LD_LIBRARY_PATH of the running environment's ROS wheels, which look for themselves only in
+    the environment that Python was started from."""
+    wheels = sorted(map(str, Path(sysconfig.get_path("purelib")).glob("ros_*.libs")))
+    return os.pathsep.join([str(Path(sys.prefix) / "lib"), *wheels])
+
+
 def run(*command: object, **options: object) -> str:
     done = subprocess.run(
         [str(part) for part in command], capture_output=True, text=True, timeout=900, **options
@@ -98,7 +105,7 @@ def check_sim_node(command: list[str], elsewhere: Path, env: dict[str, str]) -> 
 
 @pytest.mark.parametrize("editable", [False, True], ids=["plain", "editable"])
 def test_pip_install(source: Path, environment: Path, tmp_path: Path, editable: bool) -> None:
-    env = clean_environment()
+    env = clean_environment(LD_LIBRARY_PATH=outer_libraries())
     what = ["-e", source] if editable else [source]
     pip = [sys.executable, "-m", "pip", "--python", environment, "install", "-q", "--no-deps"]
     run(*pip, "--no-build-isolation", *what, env=env, cwd=tmp_path)

@@ -305,3 +305,19 @@ def test_binary_file_is_refused(tmp_path: Path) -> None:
 
 def test_scene_path_of_packaged_scene_exists() -> None:
     assert scene_path("demo").is_file()
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("radius", "radus"),
+        ("shape", "shap"),
+        ("bodies", "bodis"),
+        ("name", "nmae"),
+        ("type", "typ"),
+    ],
+)
+def test_a_misspelt_required_key_is_named(right, wrong):
+    text = "bodies: [{name: ball, mass: 1, shape: {type: sphere, radius: 1}}]".replace(right, wrong)
+    with pytest.raises(rb.SceneError, match=f"unknown key {wrong} .did you mean {right}"):
+        rb.Scene.from_yaml(text)

@@ -25,6 +25,7 @@ _WRITTEN = (
     "geometry_msgs/msg/WrenchStamped",
     "nav_msgs/msg/Odometry",
     "rosgraph_msgs/msg/Clock",
+    "sensor_msgs/msg/MultiDOFJointState",
     "sensor_msgs/msg/PointCloud2",
     "std_msgs/msg/Empty",
     "std_msgs/msg/Float64MultiArray",

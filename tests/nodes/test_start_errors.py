@@ -101,3 +101,15 @@ def test_middleware_missing():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.returncode == 2
     assert "pip install ros-jazzy-rmw-fastrtps-cpp" in done.stderr
+
+
+def test_middleware_that_is_not_installed(scene):
+    """rcl ends the process when RMW_IMPLEMENTATION names one: the node asks first."""
+    done = subprocess.run(
+        [sys.executable, "-m", "rb_physics_nodes.sim_node", "--ros-args", "-p", f"scene:={scene}"],
+        env={**os.environ, "RMW_IMPLEMENTATION": "rmw_nowhere_cpp"},
+        capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "rmw_nowhere_cpp" in done.stderr and "RMW_IMPLEMENTATION" in done.stderr
+    assert len(done.stderr.splitlines()) == 1

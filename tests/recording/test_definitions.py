@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
 from rb_physics.recording import definitions
+from rb_physics.resources import shared_folder
 
 
 def installed() -> bool:
@@ -49,3 +51,11 @@ def test_text_holds_each_dependency_once_and_sorted():
 def test_unknown_types_say_so(name):
     with pytest.raises(LookupError, match=r"not known|not a message type"):
         definitions.definition(name)
+
+
+def test_every_type_of_the_packaged_topics_is_in_the_table():
+    """Recording needs no ROS: nothing may be looked up among installed packages."""
+    topics = (shared_folder("msg_configs") / "topics.yaml").read_text(encoding="utf-8")
+    types = set(re.findall(r"type: (\w+/msg/\w+)", topics))
+    assert len(types) > 10
+    assert types <= set(definitions._table())
