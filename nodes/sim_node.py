@@ -77,8 +77,8 @@ def _run(arguments: Sequence[str] | None) -> int:
         while not stop.is_set() and not node.finished:
             time.sleep(LOOK)
     finally:
+        ending.set()  # first: closing takes parts away under the executor
         node.close()
-        ending.set()
         executor.shutdown(timeout_sec=2.0)
         spinning.join(timeout=2.0)
         rclpy.try_shutdown()
