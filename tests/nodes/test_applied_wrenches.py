@@ -77,7 +77,7 @@ def test_nan_and_malformed_messages_are_refused_and_counted(simulator):
     wait_for(lambda: operations_on(operations, "apply_wrench"), "a good wrench to act")
     assert "must be finite" in sim.node.output
     # Each reason is named; the same one on the same topic within a second is not printed again.
-    assert sim.node.output.count("wrench refused: ") == 4
+    assert sim.node.output.count("refused") == 4
 
 
 def test_clear_wrenches_lets_go(simulator):
