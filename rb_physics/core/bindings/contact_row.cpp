@@ -6,7 +6,8 @@ std::vector<std::int32_t> shown_contacts(const World& world) {
   std::vector<std::int32_t> shown;
   for (std::size_t i = 0; i < world.contacts.size(); ++i) {
     const Contact& c = world.contacts[i];
-    if (c.touching() || !c.impulse.isZero(0.0)) shown.push_back(static_cast<std::int32_t>(i));
+    if ((c.active() && c.touching()) || !c.impulse.isZero(0.0))
+      shown.push_back(static_cast<std::int32_t>(i));
   }
   return shown;
 }

@@ -19,6 +19,14 @@ inline ContactState classify(double normal_speed, double resting_speed) {
   return ContactState::RESTING;
 }
 
+// What part a contact takes in the step. Values are those of snapshots.
+enum class ContactRole : std::uint8_t {
+  ACTIVE = 0,
+  GHOST = 1,    // carried an impulse in the step but is gone at its end: for the report only
+  COVERED = 2,  // lies in the plane of a face the body stands on: never felt (world/seams.hpp)
+  SHADED = 3,   // the same, but the body is still above that plane
+};
+
 struct Contact {
   std::int32_t body_a = -1;  // row; always dynamic
   std::int32_t body_b = -1;  // row; static and kinematic bodies are always B
@@ -30,7 +38,7 @@ struct Contact {
   Vec3 impulse = Vec3::Zero();  // N s on A over the last step, world axes
   Vec3 moment_a = Vec3::Zero();  // N m s, angular impulse on A about its centre of mass, last step
   Vec3 moment_b = Vec3::Zero();  // N m s, the same on B
-  bool ghost = false;  // carried an impulse in the step but is gone at its end: for the report only
+  ContactRole role = ContactRole::ACTIVE;
   Vec3 warm_force = Vec3::Zero();   // N, contact frame (n, t1, t2): what it carried last
   Vec3 warm_moment = Vec3::Zero();  // N m, contact frame: spinning, rolling
   Material material;                // combined
@@ -38,6 +46,8 @@ struct Contact {
   ContactState state = ContactState::RESTING;
 
   bool touching() const { return point.separation <= touch; }
+  // Takes part in impacts, rest and position correction.
+  bool active() const { return role == ContactRole::ACTIVE; }
 };
 
 }  // namespace rb

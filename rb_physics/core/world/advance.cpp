@@ -12,6 +12,7 @@
 #include "world/contact_rates.hpp"
 #include "world/detect.hpp"
 #include "world/kinematic.hpp"
+#include "world/seams.hpp"
 
 namespace rb {
 
@@ -21,6 +22,7 @@ IslandAdvance::IslandAdvance(World& world, std::span<const std::int32_t> rows,
   contacts.clear();
   departed.clear();
   pairs.clear();
+  covered.clear();
   partners_.clear();
   partner_start_.clear();
   shift_.clear();
@@ -437,6 +439,12 @@ void IslandAdvance::find_again() {
   work_.found.clear();
   for (const ColliderPair& pair : pairs)
     append_contacts(world_, pair, pair_margin(world_, pair), work_.points, work_.found);
+  cover_seams(world_, work_.found);
+  covered.clear();
+  for (const Contact& c : work_.found) {
+    if (c.role == ContactRole::COVERED) covered.push_back({c.collider_a, c.collider_b});
+  }
+  std::erase_if(work_.found, [](const Contact& c) { return !c.active(); });
   carry_over(contacts, work_.found, &departed);
   contacts.swap(work_.found);
 }

@@ -31,9 +31,10 @@ class IslandAdvance {
   IslandWorkspace& work_;
 
  public:
-  std::vector<Contact>& contacts = work_.contacts;  // ordered by pair
-  std::vector<Contact>& departed = work_.departed;  // carried an impulse, gone now
-  std::vector<ColliderPair>& pairs = work_.pairs;   // those that have contacts within reach
+  std::vector<Contact>& contacts = work_.contacts;     // ordered by pair
+  std::vector<Contact>& departed = work_.departed;     // carried an impulse, gone now
+  std::vector<ColliderPair>& pairs = work_.pairs;      // those that have contacts within reach
+  std::vector<ColliderPair>& covered = work_.covered;  // ordered; their seams are not felt now
 
   // Moves the island by h seconds.
   void run(double h);
@@ -67,6 +68,7 @@ class IslandAdvance {
   double turning_rate(const Contact& c) const;
 
   bool touches(const ColliderPair& pair) const;
+  bool is_covered(const ColliderPair& pair) const;
   std::optional<double> impact_of_pair(const ColliderPair& pair, double t_max) const;
   double closing_bound(const ColliderPair& pair, double t) const;
   double approach_of_pair(const ColliderPair& pair, double t);

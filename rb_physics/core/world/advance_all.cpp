@@ -17,7 +17,7 @@ namespace rb {
 bool needs_detection(const World& world) { return world.geometry_dirty || travel_grew(world); }
 
 void build_islands(World& world) {
-  std::erase_if(world.contacts, [](const Contact& c) { return c.ghost; });
+  std::erase_if(world.contacts, [](const Contact& c) { return c.role == ContactRole::GHOST; });
   StepWorkspace& work = world.work;
   work.movable.clear();
   for (const Body& body : world.bodies) work.movable.push_back(body.is_dynamic());
@@ -51,7 +51,11 @@ void advance_island(World& world, const Island& island, IslandWorkspace& work) {
         advance.pairs.back().b != c.collider_b) {
       advance.pairs.push_back({c.collider_a, c.collider_b});
     }
-    advance.contacts.push_back(c);
+    if (c.active()) {
+      advance.contacts.push_back(c);
+    } else if (c.role == ContactRole::COVERED) {
+      advance.covered.push_back({c.collider_a, c.collider_b});
+    }
   }
   if (!edges.empty()) advance.stats.islands = 1;
   {
@@ -65,7 +69,9 @@ void advance_island(World& world, const Island& island, IslandWorkspace& work) {
     work.replaced.insert(work.replaced.end(), advance.departed.begin(), advance.departed.end());
   } else {
     std::size_t k = 0;
-    for (const std::int32_t i : edges) world.contacts[i] = advance.contacts[k++];
+    for (const std::int32_t i : edges) {
+      if (world.contacts[i].active()) world.contacts[i] = advance.contacts[k++];
+    }
   }
   add_stats(work.stats, advance.stats);
 }

@@ -19,7 +19,7 @@ constexpr double slack = 0.01;      // of the touch distance: rounding is left a
 constexpr double most_turn = 10.0;  // times the overlap over the size: what a correction may turn
 constexpr int passes = 4;           // the gaps are linearised: curved ones take another look
 
-bool overlaps(const Contact& c) { return !c.ghost && c.point.separation < -slack * c.touch; }
+bool overlaps(const Contact& c) { return c.active() && c.point.separation < -slack * c.touch; }
 
 // The inverse inertia for turns of at most `turn` rad that leave the kinetic energy at constant L
 // as it is: none about omega x L, unless it is as good as zero.
@@ -29,6 +29,7 @@ Mat3 harmless_inverse_inertia(const World& world, std::int32_t row, const Mat3& 
   const Body& body = world.bodies[row];
   const Vec3 axis = body.angular_velocity().cross(body.state.L);
   const double length = axis.norm();
+  if (length == 0.0) return inverse;
   const double energy = 0.5 * body.angular_velocity().dot(body.state.L) +
                         body.inertia.mass * world.settings.gravity.norm() * world.reach[row];
   if (turn * length <= rounding * energy) return inverse;
@@ -56,7 +57,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   }
   for (const std::int32_t i : contacts) {
     const Contact& contact = world.contacts[i];
-    if (contact.ghost) continue;
+    if (!contact.active()) continue;
     build_contact(world.bodies, index, contact, place_of(world.bodies, contact), problem);
     ContactConstraint& c = problem.contacts.back();
     c.friction = c.static_friction = c.rolling_friction = c.spinning_friction = 0.0;

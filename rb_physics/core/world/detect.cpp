@@ -12,6 +12,7 @@
 #include "collision/iteration_caps.hpp"
 #include "collision/queries.hpp"
 #include "contact/builder.hpp"
+#include "world/seams.hpp"
 #include "world/sleep.hpp"
 #include "world/step.hpp"
 
@@ -135,7 +136,7 @@ void carry_over(const std::vector<Contact>& old, std::vector<Contact>& fresh,
         c.impulse += old[i].impulse;
         c.moment_a += old[i].moment_a;
         c.moment_b += old[i].moment_b;
-        if (!old[i].ghost) {
+        if (old[i].role != ContactRole::GHOST) {
           c.warm_force = old[i].warm_force;
           c.warm_moment = old[i].warm_moment;
         }
@@ -143,7 +144,7 @@ void carry_over(const std::vector<Contact>& old, std::vector<Contact>& fresh,
       }
       if (!matched && departed && !old[i].impulse.isZero(0.0)) {
         departed->push_back(old[i]);
-        departed->back().ghost = true;
+        departed->back().role = ContactRole::GHOST;
       }
     }
     j = end;
@@ -184,7 +185,7 @@ void append_known(const World& world, const ColliderPair& pair, std::vector<Cont
   };
   for (auto c = std::lower_bound(world.contacts.begin(), world.contacts.end(), pair, before);
        c != world.contacts.end() && c->collider_a == pair.a && c->collider_b == pair.b; ++c) {
-    if (c->ghost) continue;
+    if (c->role == ContactRole::GHOST) continue;
     out.push_back(*c);
     out.back().impulse = out.back().moment_a = out.back().moment_b = Vec3::Zero();
   }
@@ -236,6 +237,7 @@ void detect_contacts(World& world) {
   fresh.clear();
   departed.clear();
   find_all_contacts(world, fresh);
+  cover_seams(world, fresh);
   carry_over(world.contacts, fresh, &departed);
   if (!departed.empty()) {
     for (Contact& c : departed) follow_bodies(world, c);

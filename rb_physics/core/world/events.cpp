@@ -50,6 +50,12 @@ bool IslandAdvance::touches(const ColliderPair& pair) const {
   });
 }
 
+// Only over the plane of a face that its body stands on can the pair meet.
+bool IslandAdvance::is_covered(const ColliderPair& pair) const {
+  return std::any_of(covered.begin(), covered.end(),
+                     [&](const ColliderPair& c) { return c.a == pair.a && c.b == pair.b; });
+}
+
 // m: how much the surfaces of the pair can near each other within t, under the present forces.
 double IslandAdvance::closing_bound(const ColliderPair& pair, double t) const {
   const auto of = [&](std::int32_t row) {
@@ -92,6 +98,7 @@ double IslandAdvance::next_contact_time(double tau) {
     const double size = std::fmin(world_.colliders[pair.a].size, world_.colliders[pair.b].size);
     const double touch = touch_distance(size);
     if (!touches(pair)) {
+      if (is_covered(pair)) continue;
       // Apart: conservative advancement on the true motion, which no thin wall escapes.
       const auto t = impact_of_pair(pair, earliest);
       if (t && *t < earliest) earliest = *t;

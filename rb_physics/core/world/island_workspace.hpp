@@ -27,7 +27,7 @@ struct IslandWorkspace {
 
   // See IslandAdvance, which names them.
   std::vector<Contact> contacts, departed, found;
-  std::vector<ColliderPair> pairs;
+  std::vector<ColliderPair> pairs, covered;
   std::vector<RigidState> start, partner_start;
   std::vector<std::int32_t> partners, slides, active, settled;
   std::vector<Wrench> total;

@@ -60,8 +60,8 @@ void finish_step(World& world) {
   require_finite(world);
   classify_contacts(world);
   for (const Contact& c : world.contacts) {
-    if (c.touching() || !c.impulse.isZero(0.0)) ++world.stats.contacts;
-    if (!c.ghost)
+    if ((c.active() && c.touching()) || !c.impulse.isZero(0.0)) ++world.stats.contacts;
+    if (c.active())
       world.stats.max_penetration = std::fmax(world.stats.max_penetration, -c.point.separation);
     if (c.impulse.isZero(0.0)) continue;
     Body& a = world.bodies[c.body_a];

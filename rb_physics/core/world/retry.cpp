@@ -15,7 +15,8 @@ std::pair<std::int32_t, std::int32_t> key(const Contact& c) { return {c.collider
 void remember(World& world) {
   world.known_pairs.clear();
   for (const Contact& c : world.contacts) {
-    if (c.ghost) continue;  // parted in the last step: takes no part in this one
+    if (c.role == ContactRole::GHOST)
+      continue;  // parted in the last step: takes no part in this one
     if (world.known_pairs.empty() || world.known_pairs.back() != key(c)) {
       world.known_pairs.push_back(key(c));
     }
@@ -31,7 +32,7 @@ void remember(World& world) {
 bool missed_a_meeting(const World& world) {
   return std::any_of(world.contacts.begin(), world.contacts.end(), [&](const Contact& c) {
     constexpr double clear_overlap = 10.0;  // of the touch distance: not a matter of rounding
-    return !c.ghost && c.point.separation < -clear_overlap * c.touch &&
+    return c.active() && c.point.separation < -clear_overlap * c.touch &&
            !std::binary_search(world.known_pairs.begin(), world.known_pairs.end(), key(c));
   });
 }

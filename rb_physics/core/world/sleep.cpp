@@ -68,7 +68,7 @@ void fall_asleep(World& world) {
   for (const Contact& c : world.contacts) {
     Body& a = world.bodies[c.body_a];
     Body& b = world.bodies[c.body_b];
-    const bool disturbed = c.ghost || (!b.is_dynamic() && !b.asleep);
+    const bool disturbed = c.role == ContactRole::GHOST || (!b.is_dynamic() && !b.asleep);
     if (disturbed && !a.asleep) a.still_time = 0.0;
   }
   for (const Island& island : world.islands.all()) {

@@ -98,7 +98,7 @@ void contact_fields(V& visit, C& c) {
   matrix(visit, c.impulse);
   matrix(visit, c.moment_a);
   matrix(visit, c.moment_b);
-  visit(c.ghost);
+  visit(c.role);
   matrix(visit, c.warm_force);
   matrix(visit, c.warm_moment);
   visit(c.touch);
