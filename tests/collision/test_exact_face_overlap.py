@@ -80,6 +80,14 @@ def box_of(rng):
     return core.Box((*(half * GRID), 0.5)), middle * GRID, corners
 
 
+def sines(corners):
+    """Sine of the angle between the edges that meet in each corner."""
+    edge = np.roll(corners, -1, axis=0) - corners
+    edge /= np.linalg.norm(edge, axis=1)[:, None]
+    before = np.roll(edge, 1, axis=0)
+    return np.abs(before[:, 0] * edge[:, 1] - before[:, 1] * edge[:, 0])
+
+
 def check(upper, upper_at, lower, lower_at, subject, window):
     found = core.find_contacts(upper, upper_at, IDENTITY, lower, lower_at, IDENTITY, 1e-6)
     exact = clip(subject, window)
@@ -90,9 +98,11 @@ def check(upper, upper_at, lower, lower_at, subject, window):
     corners = np.array([[float(x), float(y)] for x, y in exact]) * GRID
     points = found["point_b"][:, :2]
     apart = np.linalg.norm(points[:, None] - corners[None], axis=2)
-    assert (apart.min(axis=1) <= ROUNDING).all()  # nothing but corners of the overlap
+    # Where edges cross at a small angle, rounding across them is carried along them.
+    rounding = ROUNDING / sines(corners)
+    assert (apart <= rounding).any(axis=1).all()  # nothing but corners of the overlap
     if len(exact) <= 8:
-        assert (apart.min(axis=0) <= ROUNDING).all()  # all of them
+        assert (apart <= rounding).any(axis=0).all()  # all of them
     else:
         assert len(points) == 8
         # Eight corners of a disc keep 0.90 of its area, the least of any outline; thinning one corner

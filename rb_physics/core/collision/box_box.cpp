@@ -89,12 +89,13 @@ void flat_contacts(const Box& a, const Placement& at_a, const Box& b, const Plac
   }
   Manifold corners;
   face_contacts(a, at_a, b, at_b, axis, margin, tolerance, corners);
-  const Vec3 crossing = out[out.size() - 1].point_a;
-  const double least = out[out.size() - 1].separation;
+  const ManifoldPoint crossing = out[out.size() - 1];
   const double apart = beside * std::min(size_of(a), size_of(b));
   for (int i = 0; i < corners.size(); ++i) {
-    const Vec3 offset = corners[i].point_a - crossing;
-    if (corners[i].separation < least) continue;
+    const Vec3 offset = corners[i].point_a - crossing.point_a;
+    const bool same =
+        corners[i].feature_a == crossing.feature_a && corners[i].feature_b == crossing.feature_b;
+    if (same || corners[i].separation < crossing.separation) continue;
     if ((offset - offset.dot(normal) * normal).norm() > apart) out.add(corners[i]);
   }
 }

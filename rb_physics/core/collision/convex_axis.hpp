@@ -48,6 +48,13 @@ class AxisSearch {
       const double proven = separation(axis.normal);
       axis.certain = axis.separation - proven <= 1e-11 * size_;
       if (!axis.certain) axis.separation = proven;
+      if (axis.certain || proven > tolerance::closest_direction * size_) return axis;
+      // So near to contact that GJK ran into rounding: does EPA know a better direction?
+      const EpaResult overlap = epa(a_, b_, Simplex{}, 1e-10 * size_);
+      if (overlap.capped || -overlap.depth <= proven) return axis;
+      axis.normal = overlap.normal;
+      axis.separation = -overlap.depth;
+      axis.apart = false;
       return axis;
     }
     EpaResult overlap = epa(a_, b_, nearest.simplex, 1e-10 * size_);

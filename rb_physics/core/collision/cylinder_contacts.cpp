@@ -49,6 +49,7 @@ void cylinder_on_region(const PlacedCylinder& a, const PlanarRegion& region, dou
     }
     return;
   }
+  const bool flat = length <= tolerance::parallel;
   Vec3 down;
   a.radial(-region.normal, down);
   const Vec3 lowest = cap + a.radius * down, other = a.cap_center(!upper) + a.radius * down;
@@ -58,14 +59,13 @@ void cylinder_on_region(const PlacedCylinder& a, const PlanarRegion& region, dou
     add(low > 0.0 ? Vec3(lowest + low * along) : lowest,
         low > 0.0 ? PlacedCylinder::side_feature() : PlacedCylinder::rim_feature(upper),
         ContactKind::SMOOTH);
-    if ((high - low) * 2.0 * a.half > tolerance) {
+    if (!flat && (high - low) * 2.0 * a.half > tolerance) {
       add(high < 1.0 ? Vec3(lowest + high * along) : other,
           high < 1.0 ? make_feature(FeatureType::SMOOTH, 3) : PlacedCylinder::rim_feature(!upper),
           ContactKind::SMOOTH);
     }
   }
   if (std::abs(rise) <= tolerance::parallel) return;
-  const bool flat = length <= tolerance::parallel;
   if (flat) {
     for (std::size_t i = first; i < points.size(); ++i) points[i].kind = ContactKind::FACE_FACE;
   }

@@ -35,7 +35,8 @@ void reduce(std::vector<ManifoldPoint>& points, const Vec3& normal, Manifold& ou
     const std::size_t n = points.size();
     const std::size_t deepest = deepest_of(points);
     // Of points that lie equally deep none is kept for its depth: rounding would choose it.
-    const double level = tolerance::coincident * (points[0].point_b - points[n / 2].point_b).norm();
+    const double level =
+        tolerance::axis_preference * (points[0].point_b - points[n / 2].point_b).norm();
     const auto deep = [&](const ManifoldPoint& p) {
       return p.separation <= points[deepest].separation + level;
     };

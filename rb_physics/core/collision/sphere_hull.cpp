@@ -9,6 +9,36 @@
 
 namespace rb {
 
+namespace {
+
+// Point of a face's outline nearest to p, which lies in the plane of the face, and the edge it is
+// on; no edge (-1) when p is over the face.
+struct OnOutline {
+  Vec3 point;
+  int edge = -1;
+};
+OnOutline nearest_on_outline(const HullData& hull, const HullFace& face, const Vec3& p) {
+  const double rounding = 1e-15 * hull.size;
+  OnOutline best{p};
+  double least_sq = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < face.count; ++i) {
+    const Vec3& tail = hull.vertices[hull.face_vertices[face.first + i]];
+    const Vec3& head = hull.vertices[hull.face_vertices[face.first + (i + 1) % face.count]];
+    const Vec3 along = head - tail;
+    if (along.cross(face.normal).dot(p - tail) <= rounding * along.norm()) continue;
+    const double t = std::clamp(along.dot(p - tail) / along.squaredNorm(), 0.0, 1.0);
+    const Vec3 point = tail + t * along;
+    const double gap_sq = (p - point).squaredNorm();
+    if (gap_sq < least_sq) {
+      least_sq = gap_sq;
+      best = {point, hull.face_edges[face.first + i]};
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
 void contacts_ball_hull(const Ball& a, const Placement& at_a, const ConvexHull& b,
                         const Placement& at_b, double margin, Manifold& out) {
   static thread_local Polytope polytope;
@@ -51,6 +81,15 @@ void contacts_ball_hull(const Ball& a, const Placement& at_a, const ConvexHull& 
       vertices[i] = nearest.simplex.vertex[i].index_b;
     }
     p.feature_b = polytope.feature_of(vertices, nearest.simplex.size);
+  } else if (const OnOutline outline = nearest_on_outline(hull, hull.faces[face], on_hull);
+             outline.edge >= 0) {
+    // A hair beside the face, no farther from its edge than from its plane by more than rounding.
+    on_hull = outline.point;
+    if (apart) {
+      p.feature_b = polytope.edge_feature(outline.edge);
+      height = (center - on_hull).norm();
+      normal = (center - on_hull) / height;
+    }
   }
   if (!(height - a.radius <= margin)) return;
   const bool on_face = feature_type(p.feature_b) == FeatureType::FACE;
