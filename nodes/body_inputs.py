@@ -1,21 +1,28 @@
-"""Bodies added, removed and changed through topics: YAML text into operations on the world."""
+"""Bodies added, removed and changed by text, from topics or services, as operations on the world."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from rb_physics import checks
 from rb_physics.errors import SceneError
 from rb_physics.scene import parse_body, parse_change
 
 from .refused import RefusedBodyError
+from .urdf_body import UrdfError, body_from_urdf, is_urdf
 from .wrench_inputs import Perform
 
 
 def spawn(world: Any, topic: str, text: str, perform: Perform) -> None:
-    """Add the body that `text` describes as in a scene file. Raises RefusedBodyError."""
+    """Add the body that `text` describes, as in a scene file or URDF. Raises RefusedBodyError."""
     try:
-        perform("add_body", description=parse_body(text, topic))
-    except SceneError as error:
+        if is_urdf(text):
+            body = body_from_urdf(text, topic)
+            checks.name(body["name"], "body")
+        else:
+            body = parse_body(text, topic)
+        perform("add_body", description=body)
+    except (SceneError, UrdfError) as error:
         raise RefusedBodyError(f"no body added: {error}") from None
 
 
@@ -42,6 +49,4 @@ def change(world: Any, topic: str, text: str, perform: Perform) -> None:
 def _check_known(world: Any, topic: str, name: str) -> None:
     if name not in world:
         known = ", ".join(body.name for body in world.bodies) or "none"
-        raise RefusedBodyError(
-            f"message on {topic} refused: there is no body '{name}'; there are {known}"
-        )
+        raise RefusedBodyError(f"{topic} refused: there is no body '{name}'; there are {known}")

@@ -9,14 +9,16 @@ from urllib.parse import unquote, urlparse
 
 import numpy as np
 
+from rb_physics import checks
 from rb_physics.errors import SceneError
 from rb_physics.scene import parse_body
 
 from .frames import Pose, compose, frame_pose
 from .kinematic_inputs import UNIT_TOLERANCE, rotate
+from .urdf_body import UrdfError, body_from_urdf, is_urdf
 from .wrench_inputs import Perform
 
-FORMATS = ["rb_physics_yaml"]  # a body as in a scene file
+FORMATS = ["rb_physics_yaml", "urdf"]  # a body as in a scene file, or as URDF
 
 
 class EntityError(ValueError):
@@ -41,17 +43,17 @@ def description(request: Any) -> dict[str, Any]:
         raise EntityError("NO_RESOURCE", f"{given} of uri and resource_string given; give one")
     if not text:
         text, source = _read(request.uri), request.uri
-    if text.lstrip().startswith("<"):
-        raise EntityError(
-            "UNSUPPORTED_FORMAT",
-            f"{source} is XML; bodies are described in YAML as in a scene file",
-        )
     try:
-        body = parse_body(text, source, name=request.name or None)
+        if not is_urdf(text):
+            return parse_body(text, source, name=request.name or None)
+        folder = _path(request.uri).parent if request.uri else Path("/")
+        body = body_from_urdf(text, source, folder)
+        return {**body, "name": checks.name(request.name or body["name"], "body")}
+    except UrdfError as error:
+        raise EntityError(error.code, str(error)) from None
     except SceneError as error:
         code = "NAME_INVALID" if "name" in str(error.field) else "RESOURCE_PARSE_ERROR"
         raise EntityError(code, str(error)) from None
-    return body
 
 
 def _read(uri: str) -> str:
@@ -59,9 +61,13 @@ def _read(uri: str) -> str:
     if parsed.scheme not in ("", "file"):
         raise EntityError("NO_RESOURCE", f"uri is '{uri}'; only paths and file: are read")
     try:
-        return Path(unquote(parsed.path)).read_text("utf-8")
+        return _path(uri).read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise EntityError("NO_RESOURCE", f"uri '{uri}' can't be read: {error}") from None
+
+
+def _path(uri: str) -> Path:
+    return Path(unquote(urlparse(uri).path))
 
 
 def spawn(world: Any, body: dict[str, Any], request: Any, perform: Perform) -> str:

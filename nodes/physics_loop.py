@@ -248,12 +248,11 @@ class PhysicsLoop:
         except (OSError, ValueError) as error:
             return False, str(error)
 
-    def _do_call(self, action: Callable[[], None]) -> Answer:
+    def _do_call(self, action: Callable[[], str | None]) -> Answer:
         try:
-            action()
+            return True, action() or ""
         except (ValueError, KeyError) as error:
             return False, str(error.args[0])
-        return True, ""
 
     def _do_set(self, setter: Callable[[Any], None], value: Any) -> Answer:
         setter(value)

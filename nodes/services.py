@@ -1,4 +1,4 @@
-"""The services ~/pause ~/step ~/reset ~/reset_state ~/clear_wrenches ~/save."""
+"""The services ~/pause ~/step ~/reset ~/reset_state ~/clear_wrenches ~/save ~/spawn ~/remove ~/change."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
-from .commands import CommandQueue
+from . import body_inputs
+from .physics_loop import PhysicsLoop
+from .wrench_inputs import Perform
 
 TRIGGERS = {
     "reset": "take time and state back to the start",
@@ -16,18 +18,31 @@ TRIGGERS = {
     "clear_wrenches": "let go of every applied wrench",
     "save": "write the state to a file",
 }
+BODIES = {
+    "spawn": body_inputs.spawn,
+    "remove": body_inputs.remove,
+    "change": body_inputs.change,
+}  # what the parameter `body` says, with an answer that the topics of these names don't have
 
 
 class Services:
-    """Hands service calls over to the physics thread and returns its answers."""
+    """Hands service calls over to the physics thread and returns its answers.
 
-    def __init__(self, node: Node, commands: CommandQueue) -> None:
+    Parameters
+    ----------
+    loop: the physics loop. perform: changes the world and logs it (in the physics thread).
+    """
+
+    def __init__(self, node: Node, loop: PhysicsLoop, perform: Perform) -> None:
         self._node = node
-        self._commands = commands
+        self._loop = loop
+        self._commands = loop.commands
+        self._perform = perform
         # Reentrant, so that a long ~/step does not keep ~/pause waiting.
         group = ReentrantCallbackGroup()
         calls = {"step": (Trigger, self._step), "pause": (SetBool, self._pause)}
         calls |= {name: (Trigger, self._trigger(name)) for name in TRIGGERS}
+        calls |= {name: (Trigger, self._body(name)) for name in BODIES}
         self._services = [
             node.create_service(kind, f"~/{name}", call, callback_group=group)
             for name, (kind, call) in calls.items()
@@ -50,6 +65,19 @@ class Services:
     def _trigger(self, name: str) -> Any:
         def call(_: Any, response: Any) -> Any:
             response.success, response.message = self._commands.ask(name)
+            return response
+
+        return call
+
+    def _body(self, name: str) -> Any:
+        def call(_: Any, response: Any) -> Any:
+            text = self._node.get_parameter("body").value
+
+            def act() -> str:
+                BODIES[name](self._loop.world, f"~/{name}", text, self._perform)
+                return f"done before step {self._loop.step + 1}"
+
+            response.success, response.message = self._commands.ask("call", act)
             return response
 
         return call

@@ -1,22 +1,28 @@
 """The services of the package simulation_interfaces, where it is installed.
 
-Offered: state (play, pause, stop, quit), stepping, reset, and entities, which are the bodies: their
-states, adding and removing them. GetSimulatorFeatures lists what is offered.
+Offered: state (play, pause, stop, quit), stepping (by a service or the action SimulateSteps), reset,
+and entities, which are the bodies: states, bounds, adding and removing them. GetSimulatorFeatures
+lists what is offered.
 """
 
 from __future__ import annotations
 
-import importlib
 import re
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
+from geometry_msgs.msg import Vector3
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
+from rb_physics.queries import bounding_box
+
 from . import entities
 from .entities import EntityError
+from .entity_bounds import overlapping
 from .physics_loop import PhysicsLoop
+from .simulate_steps import SimulateSteps
 from .wrench_inputs import Perform
 
 OFFERED = [
@@ -27,6 +33,9 @@ OFFERED = [
     "ENTITY_STATE_SETTING",
     "ENTITY_INFO_GETTING",
     "ENTITY_CATEGORIES",
+    "ENTITY_BOUNDS",
+    "ENTITY_BOUNDS_BOX",
+    "ENTITY_BOUNDS_CONVEX",
     "SIMULATION_RESET",
     "SIMULATION_RESET_TIME",
     "SIMULATION_RESET_STATE",
@@ -37,6 +46,8 @@ OFFERED = [
     "STEP_SIMULATION_SINGLE",
     "STEP_SIMULATION_MULTIPLE",
 ]
+OFFERED_WITH_ACTIONS = "STEP_SIMULATION_ACTION"
+ACTIONS = ["SimulateSteps"]
 SERVICES = [
     "GetSimulatorFeatures",
     "GetSimulationState",
@@ -48,20 +59,26 @@ SERVICES = [
     "GetEntitiesStates",
     "SetEntityState",
     "GetEntityInfo",
+    "GetEntityBounds",
     "SpawnEntity",
     "DeleteEntity",
 ]
 
 
-def load_messages() -> tuple[Any, Any] | None:
-    """The modules (msg, srv) of simulation_interfaces, or None where it isn't installed."""
+def load_messages() -> tuple[Any, Any, Any] | None:
+    """The modules (msg, srv, action) of simulation_interfaces, or None where it isn't installed.
+
+    The last is None in installations without the action.
+    """
     try:
-        return (
-            importlib.import_module("simulation_interfaces.msg"),
-            importlib.import_module("simulation_interfaces.srv"),
-        )
+        msg, srv = (import_module(f"simulation_interfaces.{kind}") for kind in ("msg", "srv"))
     except ImportError:
         return None
+    try:
+        action = import_module("simulation_interfaces.action")
+    except ImportError:
+        action = None
+    return msg, srv, action
 
 
 def snake_case(name: str) -> str:
@@ -75,14 +92,18 @@ class SimulationInterfaces:
     Parameters
     ----------
     loop: the physics loop. perform: changes the world and logs it (in the physics thread).
-    msg, srv: the modules of simulation_interfaces.
+    msg, srv, action: the modules of simulation_interfaces.
     """
 
-    def __init__(self, loop: PhysicsLoop, perform: Perform, msg: Any, srv: Any) -> None:
+    def __init__(
+        self, loop: PhysicsLoop, perform: Perform, msg: Any, srv: Any, action: Any = None
+    ) -> None:
         self._loop = loop
         self._perform = perform
         self._msg = msg
         self._srv = srv
+        self._action = action
+        self._steps: SimulateSteps | None = None
         self._stopped = False
         self._services: list[Any] = []
 
@@ -95,9 +116,13 @@ class SimulationInterfaces:
                 kind, f"~/{own}", getattr(self, own), callback_group=group
             )
             self._services.append(service)
+        if self._action is not None:
+            self._steps = SimulateSteps(node, self._loop, self._action.SimulateSteps, self._msg)
 
     def destroy(self, node: Node) -> None:
         """Take the services away."""
+        if self._steps is not None:
+            self._steps.destroy()
         for service in self._services:
             node.destroy_service(service)
 
@@ -105,7 +130,8 @@ class SimulationInterfaces:
 
     def get_simulator_features(self, _: Any, response: Any) -> Any:
         features = self._msg.SimulatorFeatures
-        response.features.features = [getattr(features, name) for name in OFFERED]
+        offered = OFFERED if self._action is None else [*OFFERED, OFFERED_WITH_ACTIONS]
+        response.features.features = [getattr(features, name) for name in offered]
         response.features.spawn_formats = list(entities.FORMATS)
         response.features.custom_info = "rb_physics: rigid bodies in contact; see docs/ros.md"
         return response
@@ -168,10 +194,10 @@ class SimulationInterfaces:
     # -- entities ---------------------------------------------------------------------------------
 
     def get_entities(self, request: Any, response: Any) -> Any:
-        names = self._filtered(request.filters, response)
-        if names is not None:
-            response.entities = names
-        return response
+        def read() -> None:
+            response.entities = self._filtered(request.filters)
+
+        return self._act(response, read)
 
     def get_entity_state(self, request: Any, response: Any) -> Any:
         name = request.entity
@@ -180,18 +206,14 @@ class SimulationInterfaces:
         )
 
     def get_entities_states(self, request: Any, response: Any) -> Any:
-        names = self._filtered(request.filters, response)
-        if names is None:
-            return response
-        states = [self._msg.EntityState() for _ in names]
-
         def read() -> None:
+            names = self._filtered(request.filters)
+            states = [self._msg.EntityState() for _ in names]
             for name, state in zip(names, states, strict=True):
-                entities.get_state(self._world, self._known(name), state)
+                entities.get_state(self._world, name, state)
+            response.entities, response.states = names, states
 
-        self._act(response, read)
-        response.entities, response.states = names, states
-        return response
+        return self._act(response, read)
 
     def set_entity_state(self, request: Any, response: Any) -> Any:
         def write() -> None:
@@ -201,8 +223,12 @@ class SimulationInterfaces:
         return self._act(response, write)
 
     def spawn_entity(self, request: Any, response: Any) -> Any:
+        try:
+            body = entities.description(request)  # here: reading files would hold the simulation up
+        except EntityError as error:
+            return self._refuse(response, error)
+
         def add() -> None:
-            body = entities.description(request)
             response.entity_name = entities.spawn(self._world, body, request, self._perform)
 
         return self._act(response, add)
@@ -216,6 +242,17 @@ class SimulationInterfaces:
             name = self._known(request.entity)
             response.info.category.category = self._category(name)
             response.info.description = f"{self._world[name].type} body"
+
+        return self._act(response, read)
+
+    def get_entity_bounds(self, request: Any, response: Any) -> Any:
+        def read() -> None:
+            box = bounding_box(self._world[self._known(request.entity)])
+            kinds = self._msg.Bounds
+            response.bounds.type = kinds.TYPE_EMPTY if box is None else kinds.TYPE_BOX
+            for corner in reversed(box or ()):  # the upper one comes first
+                x, y, z = corner.tolist()
+                response.bounds.points.append(Vector3(x=x, y=y, z=z))
 
         return self._act(response, read)
 
@@ -243,9 +280,11 @@ class SimulationInterfaces:
                 raise
 
         self._answer(response, *self._loop.commands.ask("call", guarded))
-        if failed:
-            name = failed[0].result
-            response.result.result = getattr(response, name, getattr(self._msg.Result, name, None))
+        return self._refuse(response, failed[0]) if failed else response
+
+    def _refuse(self, response: Any, error: EntityError) -> Any:
+        code = getattr(response, error.result, getattr(self._msg.Result, error.result, None))
+        response.result.result, response.result.error_message = code, str(error)
         return response
 
     def _known(self, name: str) -> str:
@@ -265,21 +304,22 @@ class SimulationInterfaces:
         }
         return int(kinds.get(self._loop.world[name].type, categories.CATEGORY_OBJECT))
 
-    def _filtered(self, filters: Any, response: Any) -> list[str] | None:
-        """Names that pass all filters; None (and the answer says why) when that can't be told."""
-        if filters.bounds.type != self._msg.Bounds.TYPE_EMPTY:
-            response.result.result = self._msg.Result.RESULT_FEATURE_UNSUPPORTED
-            response.result.error_message = "filtering by bounds is not offered"
-            return None
+    def _filtered(self, filters: Any) -> list[str]:
+        """Names that pass all filters, in the physics thread. Raises EntityError."""
         try:
             pattern = re.compile(filters.filter)
         except re.error as error:
-            self._answer(response, False, f"filter '{filters.filter}' is no pattern: {error}")
-            return None
+            raise EntityError(
+                "RESULT_OPERATION_FAILED", f"filter '{filters.filter}' is no pattern: {error}"
+            ) from None
         categories = {category.category for category in filters.categories}
         names = [] if filters.tags.tags else self._names()  # no body has tags
         names = [name for name in names if pattern.search(name)]
         if categories:
             names = [name for name in names if self._category(name) in categories]
-        self._answer(response, True, "")
-        return names
+        if filters.bounds.type == self._msg.Bounds.TYPE_EMPTY:
+            return names
+        try:
+            return overlapping([self._world[name] for name in names], filters.bounds)
+        except ValueError as error:
+            raise EntityError("RESULT_OPERATION_FAILED", str(error)) from None

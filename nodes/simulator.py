@@ -78,6 +78,8 @@ class Simulator:
             topics=topics,
             rerun=rerun,
             node_name=self._node.get_fully_qualified_name(),
+            snapshot_interval=values["snapshot_interval"],
+            **_log_options(values),
         )
 
     def _connect(self, world: Any, values: dict[str, Any]) -> None:
@@ -108,7 +110,7 @@ class Simulator:
         self._subscribing = Subscribing(
             self._node, self.inputs, self.loop.commands, lambda: self.publishing.publishers
         )
-        self._services: list[Any] = [Services(self._node, self.loop.commands)]
+        self._services: list[Any] = [Services(self._node, self.loop, self.perform)]
         messages = load_messages()
         if messages is not None:
             further = SimulationInterfaces(self.loop, self.perform, *messages)
@@ -191,3 +193,11 @@ class Simulator:
         with open(path, "xb") as file:
             file.write(world.save())
         return str(path)
+
+
+def _log_options(values: dict[str, Any]) -> dict[str, Any]:
+    """The options of the log among the node's parameters, 0 being no limit to a file."""
+    options = {key: values[f"log_{key}"] for key in ("compression", "chunk_bytes", "policy")}
+    options |= {"queue_bytes": values["log_queue_bytes"], "fsync": values["log_fsync"]}
+    limits = {key: values[f"log_{key}"] or None for key in ("split_bytes", "split_duration")}
+    return options | limits

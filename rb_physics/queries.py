@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from . import checks
+from . import _core, checks
 from .body import Body
 from .errors import SceneError
 
@@ -103,3 +103,11 @@ def _common_world(a: Body, b: Body) -> World:
         if type(body.shape).__name__ == "Particle" and body.type != "dynamic":
             raise SceneError(f"body {body.name!r} has no surface")
     return a.world
+
+
+def bounding_box(body: Body) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """(lower, upper) corner (3,), m, of the box along the body's axes, in body coordinates; None for
+    what has no end.
+    """
+    lower, upper = _core.bounding_box(body.shape, np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
+    return (lower, upper) if np.isfinite([lower, upper]).all() else None

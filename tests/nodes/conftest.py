@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
+import fcntl
 import os
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,13 +24,24 @@ bodies:
     frames: {tip: {position: [0.1, 0, 0], orientation: [0, 0, 0, 1]}}
   - {name: floater, shape: {type: sphere, radius: 0.1}, mass: 1.0, position: [3, 0, 5000]}
 """
-_counter = itertools.count()
+DOMAINS = range(1, 100)  # their ports lie below those that Linux hands out to anybody
 
 
 @pytest.fixture
-def domain() -> int:
-    """A ROS_DOMAIN_ID that neighbouring tests and test runs don't use (legal are 0 to 232)."""
-    return 10 + (os.getpid() * 13 + next(_counter)) % 210
+def domain() -> Iterator[int]:
+    """A ROS_DOMAIN_ID of this test alone: no other test run on this machine gets it meanwhile."""
+    folder = Path(tempfile.gettempdir()) / "rb_physics_test_domains"
+    folder.mkdir(exist_ok=True)
+    for k in range(len(DOMAINS)):
+        number = DOMAINS[(os.getpid() + k) % len(DOMAINS)]
+        try:
+            with open(folder / str(number), "w") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                yield number
+                return
+        except OSError:  # somebody else's
+            continue
+    pytest.fail(f"every ROS_DOMAIN_ID of {DOMAINS} is in use; {folder} holds the locks")
 
 
 @pytest.fixture

@@ -6,6 +6,8 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray, WrenchStamped
 from harness import inputs_status, operations_on, wait_for
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
@@ -83,6 +85,7 @@ def test_a_change_acts_and_is_echoed(simulator):
         ("spawn", BALL.replace(", mass: 3", ""), "exactly one"),
         ("spawn", "{name: ball", "not valid YAML"),
         ("spawn", "", "empty"),
+        ("spawn", "<robot name='9'><link name='a'/></robot>", "no link has a collision"),
         ("spawn", BALL.replace("0.1}", ".nan}"), "must be a finite number"),
         ("remove", "nobody", "no body 'nobody'; there are ground, crate, floater"),
         ("change", "{name: nobody, friction: 1}", "no body 'nobody'"),
@@ -101,6 +104,47 @@ def test_what_is_refused(simulator, topic, text, words):
     wait_for(lambda: words in sim.node.output, f"a line with {words!r}; it said {sim.node.output}")
     wait_for(lambda: inputs_status(diagnostics).get("refused_body") == 1, "the refusal counted")
     assert bodies.operations == []
+
+
+URDF = """<robot name="ball"><link name="l">
+<inertial><mass value="3"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>"""
+
+
+def test_services_do_the_same_with_an_answer(simulator):
+    sim = simulator(start_paused=True)
+    names = sim.client.collect(String, "/sim_node/body_names", latched=True)
+
+    def call(service, text):
+        value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=text)
+        request = SetParameters.Request(parameters=[Parameter(name="body", value=value)])
+        (result,) = sim.client.call(SetParameters, "/sim_node/set_parameters", request).results
+        assert result.successful, result.reason
+        answer = sim.client.call(Trigger, f"/sim_node/{service}")
+        return answer.success, answer.message
+
+    def bodies():
+        return json.loads(names[-1].data)
+
+    assert call("spawn", BALL) == (True, "done before step 1")
+    wait_for(lambda: names and bodies() == ["ground", "crate", "floater", "ball"], "the ball")
+    taken = call("spawn", BALL)
+    assert taken == (False, "no body added: body name 'ball' is already taken; names are unique")
+    assert call("change", "{name: ball, friction: 0.1}") == (True, "done before step 1")
+    wrong = call("change", "{name: ball, friction: -1}")
+    assert not wrong[0] and "friction is -1" in wrong[1]
+    assert call("remove", "ball") == (True, "done before step 1")
+    gone = call("remove", "ball")
+    assert gone == (
+        False,
+        "~/remove refused: there is no body 'ball'; there are ground, crate, floater",
+    )
+    assert sim.client.call(Trigger, "/sim_node/step").success
+    assert call("spawn", URDF) == (True, "done before step 2")
+    wait_for(lambda: bodies()[-1] == "ball", "the ball described as URDF")
+    refused = call("spawn", "<sdf/>")
+    assert not refused[0] and "of XML only URDF" in refused[1]
+    assert call("spawn", "")[0] is False
 
 
 def test_a_run_in_which_bodies_come_and_go_verifies(simulator, tmp_path):

@@ -7,7 +7,7 @@ from pathlib import Path
 import rb_physics_nodes.examples
 from rb_physics_nodes import refused, simulation_interfaces
 from rb_physics_nodes.parameters import load_table
-from rb_physics_nodes.services import TRIGGERS
+from rb_physics_nodes.services import BODIES, TRIGGERS
 from rb_physics_nodes.simulation_interfaces import snake_case
 
 from rb_physics.recording.topics import load_topics
@@ -38,8 +38,8 @@ def test_services():
         for row in rows("Services")
         for name in re.findall("`([^`]*)`", row[0])
     }
-    further = {snake_case(name) for name in simulation_interfaces.SERVICES}
-    assert told == {"pause", "step", *TRIGGERS} | further
+    standard = [*simulation_interfaces.SERVICES, *simulation_interfaces.ACTIONS]
+    assert told == {"pause", "step", *TRIGGERS, *BODIES} | {snake_case(name) for name in standard}
 
 
 def test_parameters():

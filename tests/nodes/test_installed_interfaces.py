@@ -7,12 +7,15 @@ environment in which these tests run.
 import math
 
 import pytest
-from geometry_msgs.msg import PoseArray, TransformStamped, WrenchStamped
+from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseArray, TransformStamped, Vector3, WrenchStamped
 from harness import wait_for
+from rclpy.action import ActionClient
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
+from rb_physics.recording.replay import verify
 from rb_physics.recording.topics import default_topics_path
 
 srv = pytest.importorskip(
@@ -92,6 +95,108 @@ def test_entities_are_spawned_moved_read_and_deleted(simulator):
     assert call(sim, "DeleteEntity", entity="ball").result.result == Result.RESULT_OK
     assert call(sim, "DeleteEntity", entity="ball").result.result == Result.RESULT_NOT_FOUND
     wait_for(lambda: len(poses[-1].poses) == 3, "poses without it")
+
+
+PENDULUM = """<robot name="pendulum">
+  <link name="bob">
+    <inertial><origin xyz="0 0 0.2"/><mass value="2"/>
+      <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.04"/></inertial>
+    <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <link name="rod">
+    <collision><geometry><cylinder radius="0.02" length="0.4"/></geometry></collision></link>
+  <joint name="weld" type="fixed"><origin xyz="0 0 0.2"/><parent link="bob"/><child link="rod"/></joint>
+</robot>"""
+
+
+def test_urdf_is_spawned_and_its_bounds_are_told(simulator, tmp_path):
+    sim = simulator(start_paused=True, record_dir=tmp_path / "runs")
+    assert "urdf" in call(sim, "GetSimulatorFeatures").features.spawn_formats
+    path = tmp_path / "pendulum.urdf"
+    path.write_text(PENDULUM)
+    request = srv.SpawnEntity.Request(uri=path.as_uri())
+    request.initial_pose.pose.position.z = 5.0
+    spawned = sim.client.call(srv.SpawnEntity, "/sim_node/spawn_entity", request)
+    assert (spawned.result.result, spawned.entity_name) == (Result.RESULT_OK, "pendulum")
+    bounds = call(sim, "GetEntityBounds", entity="pendulum").bounds
+    assert bounds.type == msg.Bounds.TYPE_BOX
+    upper, lower = [(p.x, p.y, p.z) for p in bounds.points]
+    assert upper == pytest.approx((0.1, 0.1, 0.4), abs=1e-15)  # sums of such numbers
+    assert lower == pytest.approx((-0.1, -0.1, -0.1), abs=1e-15)
+    assert call(sim, "StepSimulation", steps=100).result.result == Result.RESULT_OK
+    fallen = call(sim, "GetEntityState", entity="pendulum").state.pose.position.z
+    assert fallen == pytest.approx(5.0 - 10.0 * 0.1**2 / 2, abs=1e-12)  # rounding of the sum
+    filters = msg.EntityFilters()
+    filters.bounds.type = msg.Bounds.TYPE_SPHERE
+    filters.bounds.points = [Vector3(z=5.0), Vector3(x=0.5)]
+    assert call(sim, "GetEntities", filters=filters).entities == ["pendulum"]
+    assert sim.node.stop() == 0, sim.node.output
+    (run,) = (tmp_path / "runs").iterdir()
+    assert verify(run).difference is None
+
+
+def test_steps_by_an_action_can_be_followed_and_cancelled(simulator):
+    action = pytest.importorskip("simulation_interfaces.action")
+    sim = simulator(start_paused=True)
+    features = call(sim, "GetSimulatorFeatures").features.features
+    assert msg.SimulatorFeatures.STEP_SIMULATION_ACTION in features
+    client = ActionClient(sim.client.node, action.SimulateSteps, "/sim_node/simulate_steps")
+    wait_for(client.server_is_ready, "the action")
+    told = []
+
+    def send(steps):
+        goal = action.SimulateSteps.Goal(steps=steps)
+        future = client.send_goal_async(goal, lambda m: told.append(m.feedback))
+        wait_for(future.done, "the goal to be accepted")
+        handle = future.result()
+        assert handle.accepted
+        return handle, handle.get_result_async()
+
+    def outcome(result):
+        wait_for(result.done, "the result")
+        return result.result().status, result.result().result.result
+
+    _, result = send(500)
+    status, answer = outcome(result)
+    assert (status, answer.result) == (GoalStatus.STATUS_SUCCEEDED, Result.RESULT_OK)
+    wait_for(lambda: told and told[-1].completed_steps == 500, "the last feedback")
+    done = [feedback.completed_steps for feedback in told]
+    assert done == sorted(set(done)) and len(done) == 100
+    assert all(f.completed_steps + f.remaining_steps == 500 for f in told)
+    clock = call(sim, "GetEntityState", entity="crate").state.header.stamp
+    assert clock.nanosec == 500_000_000
+
+    handle, result = send(10**9)
+    wait_for(lambda: told[-1].remaining_steps > 500, "steps of the second goal")
+    _, refused = send(3)
+    assert outcome(refused)[1].error_message.endswith("another ~/step is in progress")
+    cancelled = handle.cancel_goal_async()
+    wait_for(cancelled.done, "the cancelling")
+    status, answer = outcome(result)
+    assert status == GoalStatus.STATUS_CANCELED
+    assert "cancelled after" in answer.error_message
+
+    _, result = send(0)
+    assert outcome(result)[0] == GoalStatus.STATUS_ABORTED
+    playing = SimulationState(state=SimulationState.STATE_PLAYING)
+    call(sim, "SetSimulationState", state=playing)
+    _, result = send(5)
+    status, answer = outcome(result)
+    assert (status, answer.result) == (GoalStatus.STATUS_ABORTED, Result.RESULT_OPERATION_FAILED)
+    assert answer.error_message == "stepping works only while paused"
+    _, result = send(10**9)
+    assert sim.node.stop() == 0, sim.node.output
+
+
+def test_ctrl_c_ends_an_action_that_steps(simulator):
+    action = pytest.importorskip("simulation_interfaces.action")
+    sim = simulator(start_paused=True)
+    client = ActionClient(sim.client.node, action.SimulateSteps, "/sim_node/simulate_steps")
+    wait_for(client.server_is_ready, "the action")
+    told = []
+    client.send_goal_async(action.SimulateSteps.Goal(steps=10**9), told.append)
+    wait_for(lambda: len(told) > 3, "steps to be made")
+    assert sim.node.stop() == 0, sim.node.output
+    assert "Traceback" not in sim.node.output
 
 
 def test_frames_are_sent_and_a_link_follows_those_of_a_robot(simulator, tmp_path):

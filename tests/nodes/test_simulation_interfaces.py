@@ -9,7 +9,7 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from geometry_msgs.msg import Pose, PoseStamped, Twist
+from geometry_msgs.msg import Pose, PoseStamped, Twist, Vector3
 from rb_physics_nodes.inputs import Inputs
 from rb_physics_nodes.pacer import Pacer
 from rb_physics_nodes.physics_loop import PhysicsLoop
@@ -50,7 +50,11 @@ EntityCategory = message(
     category=int,
 )
 EntityState = message("EntityState", header=Header, pose=Pose, twist=Twist)
-Bounds = message("Bounds", {"TYPE_EMPTY": 0, "TYPE_BOX": 1}, type=int)
+Bounds = message(
+    "Bounds",
+    {"TYPE_EMPTY": 0, "TYPE_BOX": 1, "TYPE_CONVEX_HULL": 2, "TYPE_SPHERE": 3},
+    type=int, points=list,
+)  # fmt: skip
 Tags = message("TagsFilter", tags=list, filter_mode=int)
 Filters = message("EntityFilters", filter=str, categories=list, tags=Tags, bounds=Bounds)
 Info = message("EntityInfo", category=EntityCategory, description=str, tags=list)
@@ -96,12 +100,13 @@ SRV = SimpleNamespace(
         message("Request", entity=str, state=EntityState), {"INVALID_POSE": 101}, result=Result
     ),
     GetEntityInfo=service(message("Request", entity=str), result=Result, info=Info),
+    GetEntityBounds=service(message("Request", entity=str), result=Result, bounds=Bounds),
     SpawnEntity=service(
         message("Request", name=str, allow_renaming=bool, uri=str, resource_string=str,
                 entity_namespace=str, initial_pose=PoseStamped),
         {"NAME_NOT_UNIQUE": 101, "NAME_INVALID": 102, "UNSUPPORTED_FORMAT": 103,
          "NO_RESOURCE": 104, "NAMESPACE_INVALID": 105, "RESOURCE_PARSE_ERROR": 106,
-         "INVALID_POSE": 109},
+         "MISSING_ASSETS": 107, "UNSUPPORTED_ASSETS": 108, "INVALID_POSE": 109},
         result=Result, entity_name=str,
     ),
     DeleteEntity=service(message("Request", entity=str), result=Result),
@@ -222,10 +227,45 @@ def test_entities_are_the_bodies_and_can_be_filtered(simulation):
     dynamic = EntityCategory(category=EntityCategory.CATEGORY_DYNAMIC_OBJECT)
     assert entities(categories=[dynamic]).entities == ["crate", "floater"]
     assert entities(tags=Tags(tags=["red"])).entities == []
-    assert entities(bounds=Bounds(type=1)).result.result == Result.RESULT_FEATURE_UNSUPPORTED
     assert entities(filter="(").result.result == Result.RESULT_OPERATION_FAILED
     info = simulation.call("GetEntityInfo", "get_entity_info", entity="ground").info
     assert info.category.category == EntityCategory.CATEGORY_STATIC_OBJECT
+
+
+def test_bounds_of_entities_and_entities_within_bounds(simulation):
+    def bounds(name):
+        return simulation.call("GetEntityBounds", "get_entity_bounds", entity=name)
+
+    def xyz(point):
+        return point.x, point.y, point.z
+
+    box = bounds("crate").bounds
+    assert box.type == Bounds.TYPE_BOX
+    assert [xyz(p) for p in box.points] == [(0.1, 0.1, 0.1), (-0.1, -0.1, -0.1)]
+    endless = bounds("ground").bounds
+    assert (endless.type, endless.points) == (Bounds.TYPE_EMPTY, [])
+    assert bounds("nobody").result.result == Result.RESULT_NOT_FOUND
+
+    def inside(kind, *points):
+        given = Bounds(type=kind, points=[Vector3(x=x, y=y, z=z) for x, y, z in points])
+        return simulation.call("GetEntities", "get_entities", filters=Filters(bounds=given))
+
+    # The crate fills 0 to 0.2 m of the z axis, the floater lies about (3, 0, 5000).
+    assert inside(1, (5, 1, 5001), (0.5, -1, 0.1)).entities == ["floater"]
+    assert inside(3, (0, 0, 0.35), (0.16, 0, 0)).entities == ["crate"]
+    assert inside(3, (0, 0, 0.35), (0.14, 0, 0)).entities == []
+    corners = [(x, y, z) for x in (0.0, 0.3) for y in (0.0, 0.3) for z in (-1.0, 1.0)]
+    assert inside(2, *corners).entities == ["ground", "crate"]
+    for kind, points, words in (
+        (3, [(0, 0, 0)], "2 points, not 1"),
+        (1, [(0, 0, 0), (0, 0, 0)], "no body"),
+        (2, [(0, 0, 0), (1, 0, 0)], "no body"),
+        (1, [(math.nan, 0, 0), (1, 1, 1)], "finite"),
+        (9, [(0, 0, 0), (1, 1, 1)], "unknown type 9"),
+    ):
+        refused = inside(kind, *points).result
+        assert refused.result == Result.RESULT_OPERATION_FAILED
+        assert words in refused.error_message
 
 
 def test_a_state_that_was_set_is_read_back(simulation):
@@ -272,6 +312,12 @@ def test_bad_entity_requests_are_answered(simulation):
     assert "there is no frame 'crate/nowhere'" in frame.error_message
 
 
+URDF = """<robot name="stone"><link name="l">
+<inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>"""
+MESH = URDF.replace('<sphere radius="0.1"/>', '<mesh filename="no.stl"/>')
+ARM = """<robot name="arm"><link name="a"/><link name="b"/><joint name="elbow" type="revolute">
+<parent link="a"/><child link="b"/></joint></robot>"""
 BALL = "{shape: {type: sphere, radius: 0.1}, mass: 1}"
 
 
@@ -309,7 +355,11 @@ def test_entities_are_spawned_in_frames_renamed_and_deleted(simulation, tmp_path
         ({"name": "crate", "resource_string": BALL}, 101, "'crate' is taken"),
         ({"name": "world", "resource_string": BALL}, 102, "not 'world'"),
         ({"resource_string": BALL}, 106, "name is missing"),
-        ({"name": "a", "resource_string": "<robot/>"}, 103, "YAML"),
+        ({"name": "a", "resource_string": "<sdf/>"}, 103, "only URDF"),
+        ({"name": "a", "resource_string": "<robot/>"}, 106, "no link has no parent"),
+        ({"name": "a", "resource_string": ARM}, 103, "joint 'elbow' is revolute"),
+        ({"name": "9", "resource_string": URDF}, 102, "a letter followed by"),
+        ({"name": "a", "resource_string": MESH}, 107, "does not exist"),
         ({"name": "a"}, 104, "neither of uri and resource_string"),
         ({"name": "a", "uri": "/nowhere.yaml"}, 104, "can't be read"),
         ({"name": "a", "uri": "model://x"}, 104, "only paths and file:"),

@@ -35,6 +35,10 @@ def start_and_fail(domain, **values):
         ({"real_time": 2.0}, "there is no parameter 'real_time'"),
         ({"lockstep": 3}, "lockstep is 3, but must be a bool"),
         ({"topics": "nowhere.yaml"}, "nowhere.yaml"),
+        ({"log_policy": "hope"}, "log_policy is 'hope', but must be one of block, drop_oldest"),
+        ({"log_compression": "rar"}, "must be one of zstd, lz4, none"),
+        ({"log_queue_bytes": 5}, "log_queue_bytes is 5, but must lie in"),
+        ({"snapshot_interval": 0.0}, "snapshot_interval is 0.0, but must lie in"),
     ],
     ids=lambda value: None if isinstance(value, dict) else value[:20],
 )

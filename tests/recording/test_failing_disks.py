@@ -17,24 +17,6 @@ from rb_physics.recording.summary import summary
 STEPS = 4000
 
 
-@pytest.fixture
-def small_disk(tmp_path):
-    """A file system of 4 MB, and the means to mount it again with other options."""
-    mount = tmp_path / "disk"
-    mount.mkdir()
-    command = ["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", str(mount)]
-    if os.geteuid() != 0 or subprocess.run(command, capture_output=True).returncode != 0:
-        pytest.skip("a small file system can only be mounted by root")
-
-    def remount(options: str) -> None:
-        subprocess.run(["mount", "-o", f"remount,{options}", str(mount)], check=True)
-
-    try:
-        yield mount, remount
-    finally:
-        subprocess.run(["umount", "-l", str(mount)], check=True)
-
-
 def run(directory, at_step=None, act=None, **options):
     """Steps a hundred bodies, whatever happens to the log; the recorder and the world."""
     scene = rb.load_scene("hundred_bodies")

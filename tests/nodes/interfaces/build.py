@@ -18,6 +18,7 @@ import venv
 from pathlib import Path
 
 GENERATORS = [
+    "ros-jazzy-action-msgs",
     "ros-jazzy-ament-cmake",
     "ros-jazzy-ament-cmake-include-directories",
     "ros-jazzy-ament-cmake-ros",
@@ -86,7 +87,8 @@ def write_packages(folder: Path) -> list[str]:
         path.write_text("\n---\n".join(parts) + "\n")
         files.setdefault(package, []).append(f"{kind}/{stem}.{kind}")
     for package, names in files.items():
-        depends = "".join(f"<depend>{name}</depend>" for name in DEPENDENCIES)
+        depended = [*DEPENDENCIES, "action_msgs"]  # what actions are made of
+        depends = "".join(f"<depend>{name}</depend>" for name in depended)
         (folder / package / "package.xml").write_text(
             MANIFEST.format(package=package, depends=depends)
         )
