@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,29 +32,38 @@ class Batch(_core.Batch):
 
     Args:
         world: what all variations start as; it stays as it is.
-        n: number of variations, ≥ 1.
+        n: number of variations, 1 to 1000000.
         threads: threads that share the variations, the caller's included; None: as many as
             ``world.settings.threads``.
 
     Raises:
-        SceneError: ``n`` or ``threads`` is not a whole number ≥ 1.
+        SceneError: ``world`` is no world; ``n`` or ``threads`` is not a whole number ≥ 1.
     """
 
+    __slots__ = ("_worlds",)
+
     def __init__(self, world: World, n: int, threads: int | None = None) -> None:
-        if threads is None:
-            threads = world.settings.threads
-        for name, value in (("n", n), ("threads", threads)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise SceneError.about(None, name, value, "a whole number ≥ 1")
+        if not isinstance(world, World):
+            raise SceneError.about(None, "world", world, "an rb.World")
+        n = checks.whole_number("n", n, 1, 1_000_000)
+        shared = world.settings.threads if threads is None else threads
+        shared = checks.whole_number("threads", shared, 1, 1024)
         self._worlds = tuple(world.copy(threads=1) for _ in range(n))
-        super().__init__(list(self._worlds), threads)
+        super().__init__(list(self._worlds), shared)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        checks.settable(self, name, "it is what the last step did")
+        super().__setattr__(name, value)
 
     def __len__(self) -> int:
         return len(self._worlds)
 
     def __getitem__(self, index: int) -> World:
-        """Variation ``index``; negative ones count from the end."""
-        return self._worlds[index]
+        """Variation ``index``; negative ones count from the end. Raises IndexError."""
+        row = checks.whole_number("variation", index, -(2**31))
+        if not -len(self) <= row < len(self):
+            raise IndexError(f"there is no variation {row}; the batch has {len(self)}")
+        return self._worlds[row]
 
     def __iter__(self) -> Iterator[World]:
         return iter(self._worlds)
@@ -65,16 +75,17 @@ class Batch(_core.Batch):
         """``n`` steps of every variation.
 
         Raises:
+            SceneError: ``n`` is not a whole number ≥ 0.
             DivergedError: of the first variation that diverged, its number in ``variation``; it keeps
                 its last good state, the others have made all their steps.
         """
-        trouble = self._step(n)
+        trouble = self._step(checks.whole_number("n", n, 0, 2**63 - 1))
         if trouble is None:
             return
         index, step, row = trouble
         name = self._worlds[index].bodies[row].name if row >= 0 else ""
         raise DivergedError(
-            f"variation {index}, step {step}: the state of body {name!r} stopped being finite; the "
+            f"variation {index}, step {step}: the state of body {name!r} stopped being finite or grew beyond 1e30; the "
             "variation holds its last good state: look for huge forces, masses or speeds",
             step=step,
             body=name,
@@ -83,12 +94,13 @@ class Batch(_core.Batch):
 
     @property
     def positions(self) -> Array:
-        """(n, N, 3) m, origins of the body frames. Setting them keeps the velocities."""
+        """(n, N, 3) m, origins of the body frames. Setting them keeps the velocities. What is read is
+        a copy that can't be written to, here and below."""
         return self._read(self._positions)
 
     @positions.setter
     def positions(self, value: ArrayLike) -> None:
-        self._write("positions", value, self._set_positions)
+        self._write("positions", value, 3, self._set_positions)
 
     @property
     def orientations(self) -> Array:
@@ -97,15 +109,18 @@ class Batch(_core.Batch):
 
     @orientations.setter
     def orientations(self, value: ArrayLike) -> None:
-        q = _numbers("orientations", value)
-        norms = np.linalg.norm(q, axis=-1) if q.ndim == 3 else np.ones(1)
-        if (np.abs(norms - 1.0) > 1e-3).any():
-            worst = float(norms.flat[np.argmax(np.abs(norms - 1.0))])
-            raise SceneError(
-                f"orientations must be unit quaternions x y z w; one has the length {worst:.6g}",
-                field="orientations",
+        q = self._numbers("orientations", value, 4)
+        with np.errstate(over="ignore"):  # infinite lengths are off, too
+            off = np.abs(np.linalg.norm(q, axis=-1) - 1.0)
+        if (off > checks.QUATERNION_NORM).any():
+            i, row = np.unravel_index(np.argmax(off), off.shape)
+            raise SceneError.about(
+                self._body(int(i), int(row)),
+                f"orientations[{i}, {row}]",
+                q[i, row],
+                f"one of unit quaternions x y z w; its length is off by {off[i, row]:.6g}",
             )
-        self._write("orientations", q, self._set_orientations)
+        self._write("orientations", q, 4, self._set_orientations)
 
     @property
     def linear_velocities(self) -> Array:
@@ -114,7 +129,7 @@ class Batch(_core.Batch):
 
     @linear_velocities.setter
     def linear_velocities(self, value: ArrayLike) -> None:
-        self._write("linear_velocities", value, self._set_linear_velocities)
+        self._write("linear_velocities", value, 3, self._set_linear_velocities)
 
     @property
     def angular_velocities(self) -> Array:
@@ -123,13 +138,14 @@ class Batch(_core.Batch):
 
     @angular_velocities.setter
     def angular_velocities(self, value: ArrayLike) -> None:
-        self._write("angular_velocities", value, self._set_angular_velocities)
+        self._write("angular_velocities", value, 3, self._set_angular_velocities)
 
     @property
     def contact_wrenches(self) -> Array:
         """(n, N, 2, 3) contact force (N) and torque about the centre of mass (N m), world axes, mean
         over the last step."""
-        flat = self._read(self._contact_wrenches)
+        self._bodies()
+        flat = self._contact_wrenches()
         return flat.reshape(*flat.shape[:2], 2, 3)
 
     @property
@@ -147,37 +163,51 @@ class Batch(_core.Batch):
         Raises:
             SceneError: a wrong shape, NaN or infinity, a negative duration.
         """
-        f = _numbers("forces", forces)
-        t = np.zeros_like(f) if torques is None else _numbers("torques", torques)
-        if t.shape != f.shape:
-            raise SceneError.about(None, "torques", t.shape, f"an array of shape {f.shape}")
+        f = self._numbers("forces", forces, 3)
+        t = np.zeros_like(f) if torques is None else self._numbers("torques", torques, 3)
         if duration is not None:
             checks.number(None, "duration", duration, 0.0, unit="s")
         seconds = -1.0 if duration is None else float(duration)
-        self._write("forces", f, lambda values: self._apply_wrenches(values, t, seconds))
+        self._apply_wrenches(f, t, seconds)
 
-    @staticmethod
-    def _read(getter: Callable[[], Array]) -> Array:
-        try:
-            return getter()
-        except ValueError as error:
-            raise SceneError(f"batch: {error}") from None
+    def _read(self, getter: Callable[[], Array]) -> Array:
+        self._bodies()
+        array = getter()
+        array.flags.writeable = False
+        return array
 
-    @staticmethod
-    def _write(field: str, value: ArrayLike, setter: Callable[[Array], None]) -> None:
-        try:
-            setter(_numbers(field, value))
-        except SceneError:
-            raise
-        except ValueError as error:
-            raise SceneError(f"batch: {field}: {error}", field=field) from None
+    def _write(
+        self, field: str, value: ArrayLike, width: int, setter: Callable[[Array], None]
+    ) -> None:
+        setter(self._numbers(field, value, width))
 
+    def _bodies(self) -> int:
+        """How many bodies each variation has."""
+        counts = {len(variation) for variation in self._worlds}
+        if len(counts) > 1:
+            raise SceneError(
+                f"the variations have different numbers of bodies ({min(counts)} to"
+                f" {max(counts)}): no array holds them; read and set them one by one, batch[i]"
+            )
+        return counts.pop()
 
-def _numbers(field: str, value: ArrayLike) -> Array:
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise SceneError.about(None, field, type(value).__name__, "an array of numbers") from None
-    if not np.isfinite(array).all():
-        raise SceneError.about(None, field, "NaN or infinity", "finite numbers")
-    return array
+    def _body(self, variation: int, row: int) -> str:
+        return self._worlds[variation].bodies[row].name
+
+    def _numbers(self, field: str, value: ArrayLike, width: int) -> Array:
+        shape = (len(self), self._bodies(), width)
+        array = checks.real_numbers(value)
+        if array is None or array.shape != shape:
+            raise SceneError.about(
+                None,
+                field,
+                value,
+                f"an array of numbers of shape {shape}: variations, bodies, axes",
+            )
+        if not np.isfinite(array).all():
+            i, row = np.argwhere(~np.isfinite(array))[0, :2]
+            # Refuses it in the words of a single one.
+            checks.vector(
+                self._body(int(i), int(row)), f"{field}[{i}, {row}]", array[i, row], width
+            )
+        return array

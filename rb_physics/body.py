@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,13 +17,24 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+_MATERIAL: dict[str, tuple[float | None, str]] = {  # greatest value, unit
+    "friction": (None, ""),
+    "static_friction": (None, ""),
+    "restitution": (1.0, ""),
+    "rolling_friction": (None, "m"),
+    "spinning_friction": (None, "m"),
+}
+
 
 class Body:
     """A rigid body. Made by `World.add_body`.
 
     Vectors are world axes and SI units. ``position`` and ``orientation`` are those of the body
     frame, the coordinates in which the shape is given; velocities are those of the centre of mass.
+    Arrays are copies that can't be written to: assign a whole one, ``body.position = (0, 0, 1)``.
     """
+
+    __slots__ = ("__weakref__", "_frames", "_name", "_row", "_shape", "_type", "_world")
 
     def __init__(
         self,
@@ -34,11 +47,34 @@ class Body:
     ) -> None:
         self._world: World | None = world
         self._row = row
-        self.name = name
-        self.type = type
-        self.shape = shape
-        self.frames = frames
+        self._name = name
+        self._type = type
+        self._shape = shape
+        self._frames = MappingProxyType(frames)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        checks.settable(self, name, "a body keeps it for life; remove the body and add another")
+        super().__setattr__(name, value)
+
+    @property
+    def name(self) -> str:
+        """Unique in its world."""
+        return self._name
+
+    @property
+    def type(self) -> str:
+        """ "dynamic", "static" or "kinematic"."""
+        return self._type
+
+    @property
+    def shape(self) -> Any:
+        """In body coordinates."""
+        return self._shape
+
+    @property
+    def frames(self) -> Mapping[str, tuple[Array, Array]]:
         """Further fixed frames: name -> (position (3,) m, orientation (4,)), body coordinates."""
+        return self._frames
 
     def __repr__(self) -> str:
         return f"<Body {self.name!r}: {self.type}, {self.shape!r}>"
@@ -184,9 +220,17 @@ class Body:
         material = core._material(self._row)
         follows = material.static_friction == material.friction
         for field, value in values.items():
-            most = 1.0 if field == "restitution" else None
-            setattr(material, field, checks.number(self.name, field, value, 0.0, most))
-        if "friction" in values and follows:
+            if field not in _MATERIAL:
+                raise SceneError(
+                    f"body {self.name!r}: unknown property of a surface {field!r}"
+                    f"{checks.suggestion(field, _MATERIAL)}",
+                    body=self.name,
+                    field=field,
+                )
+            most, unit = _MATERIAL[field]
+            number = checks.number(self.name, field, value, 0.0, most, unit=unit)
+            setattr(material, field, number)
+        if "friction" in values and follows and "static_friction" not in values:
             material.static_friction = material.friction
         if material.static_friction < material.friction:
             raise SceneError.about(
@@ -224,19 +268,19 @@ class Body:
             frame: "world": keeps its direction; "body": turns with the body.
             duration: s of sim time; None: until replaced or cleared; 0: one step. The impulse is
                 force times duration whatever dt is.
-            source: a second wrench of the same source replaces the first; sources add up.
+            source: a whole number ≥ 0; a second wrench of the same source replaces the first;
+                sources add up.
 
         Raises:
             SceneError: wrong sizes, NaN or infinity, unknown frame, negative duration, not dynamic.
         """
         self._dynamic("apply_wrench")
-        if frame not in ("world", "body"):
-            raise SceneError.about(self.name, "frame", frame, "'world' or 'body'")
+        checks.choice(self.name, "frame", frame, ("world", "body"))
         if duration is not None:
             checks.number(self.name, "duration", duration, 0.0, unit="s")
         self._core()._apply_wrench(
             self._row,
-            source,
+            checks.whole_number("source", source, 0),
             checks.vector(self.name, "force", force, unit="N"),
             checks.vector(self.name, "torque", torque, unit="N m"),
             None if point is None else checks.vector(self.name, "point", point, unit="m"),
@@ -246,7 +290,8 @@ class Body:
 
     def clear_wrenches(self, source: int | None = None) -> None:
         """Ends the applied wrenches, all or those of one source."""
-        self._core()._clear_wrenches(self._row, -1 if source is None else source)
+        number = -1 if source is None else checks.whole_number("source", source, 0)
+        self._core()._clear_wrenches(self._row, number)
 
     def apply_impulse(self, impulse: ArrayLike, point: ArrayLike | None = None) -> None:
         """Changes the momentum at once: impulse (3,) N s at the world point (3,) m, or at the centre

@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import difflib
 import math
+import operator
 import re
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from .errors import SceneError
 
 Array = NDArray[np.float64]
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
-_QUATERNION_NORM = 1e-3  # |q| may be off by this much and is then normalised
+QUATERNION_NORM = 1e-3  # |q| may be off by this much and is then normalised
+_GREATEST_INERTIA = 1e90  # kg m²
 _INERTIA_TRIANGLE = 1e-9  # relative excess of the largest moment over the sum of the others
 
 
-def name(value: Any, what: str, taken: Any = ()) -> str:
+def name(value: Any, what: str, taken: Any = (), body: str | None = None) -> str:
     """A body or frame name: it becomes part of topics and frames."""
     if not isinstance(value, str) or not _NAME.match(value) or value == "world":
         raise SceneError.about(
-            None,
+            body,
             f"{what} name",
             value,
             "a letter followed by letters, digits and underscores, and not 'world'"
@@ -33,25 +37,86 @@ def name(value: Any, what: str, taken: Any = ()) -> str:
     return value
 
 
-def vector(body: str | None, field: str, value: ArrayLike, size: int = 3, unit: str = "") -> Array:
-    """``size`` finite numbers."""
+def real_numbers(value: Any) -> Array | None:
+    """A new array of doubles; None for text, truth values, complex numbers, dates and ragged lists,
+    which numpy would make numbers of."""
     try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.shape != (size,) or not np.isfinite(array).all():
+        array = np.asarray(value)
+        if array.dtype.kind not in "iufO":
+            return None
+        with np.errstate(over="ignore"):
+            return array.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def vector(body: str | None, field: str, value: Any, size: int = 3, unit: str = "") -> Array:
+    """``size`` finite numbers."""
+    array = real_numbers(value)
+    if array is None or array.shape != (size,) or not np.isfinite(array).all():
         words = f"{size} finite numbers" + (f" ({unit})" if unit else "")
-        raise SceneError.about(body, field, _short(value), words)
+        raise SceneError.about(body, field, value, words)
     return array
 
 
-def quaternion(body: str | None, field: str, value: ArrayLike) -> Array:
+def whole_number(field: str, value: Any, least: int, most: int = 2**31 - 1) -> int:
+    """A whole number within [least, most]; a float is none, however whole."""
+    good = not isinstance(value, (bool, np.bool_)) and hasattr(value, "__index__")
+    try:
+        number = operator.index(value) if good else least - 1
+    except TypeError:  # an array of several
+        number = least - 1
+    if not least <= number <= most:
+        rule = f"≥ {least}" if number < least else f"from {least} to {most}"
+        raise SceneError.about(None, field, value, f"a whole number {rule}")
+    return number
+
+
+def flag(field: str, value: Any) -> bool:
+    """True or False; what is merely true-like is refused."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise SceneError.about(None, field, value, "True or False")
+    return bool(value)
+
+
+def choice(body: str | None, field: str, value: Any, allowed: Collection[str]) -> str:
+    """One of the words."""
+    if not isinstance(value, str) or value not in allowed:
+        words = [repr(word) for word in allowed]
+        close = difflib.get_close_matches(value, allowed, n=1) if isinstance(value, str) else []
+        hint = f" (did you mean {close[0]!r}?)" if close else ""
+        raise SceneError.about(body, field, value, f"{', '.join(words[:-1])} or {words[-1]}{hint}")
+    return value
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """``; did you mean 'friction'?``, or what there is."""
+    words = list(known)
+    close = difflib.get_close_matches(name, words, n=1)
+    return f"; did you mean {close[0]!r}?" if close else f"; known are {', '.join(words)}"
+
+
+def settable(owner: Any, name: str, reason: str) -> None:
+    """Raises AttributeError where an assignment to an attribute would be lost: one that is not there,
+    with a suggestion, or one that can only be read, for the `reason`."""
+    found = getattr(type(owner), name, None)
+    what = type(owner).__name__
+    if found is None:
+        known = [k for k in dir(owner) if not k.startswith("_")]
+        raise AttributeError(f"{what} has no attribute {name!r}{suggestion(name, known)}")
+    if isinstance(found, property) and found.fset is None:
+        raise AttributeError(f"{what}.{name} can't be set: {reason}")
+    if callable(found) and not name.startswith("_"):
+        raise AttributeError(f"{what}.{name} is a method; call it")
+
+
+def quaternion(body: str | None, field: str, value: Any) -> Array:
     """A unit quaternion x y z w; normalised when its length is within 1e-3 of 1."""
     q = vector(body, field, value, 4, "x y z w")
     norm = math.sqrt(float(q @ q))
-    if abs(norm - 1.0) > _QUATERNION_NORM:
+    if abs(norm - 1.0) > QUATERNION_NORM:
         raise SceneError.about(
-            body, field, _short(value), f"a unit quaternion x y z w (its length is {norm:.6g})"
+            body, field, value, f"a unit quaternion x y z w (its length is {norm:.6g})"
         )
     return q / norm
 
@@ -67,58 +132,58 @@ def number(
     unit: str = "",
 ) -> float:
     """A finite number within [least, most], or (least, most] with ``above``."""
-    good = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    good = good and math.isfinite(value)
+    if type(value) is not float:
+        array = real_numbers(value)
+        good = array is not None and array.ndim == 0 and math.isfinite(array)
+    else:
+        good = math.isfinite(value)
     if good and least is not None:
-        good = value > least if above else value >= least
+        good = bool(value > least if above else value >= least)
     if good and most is not None:
-        good = value <= most
+        good = bool(value <= most)
     if not good:
         words = "a finite number"
         if least is not None:
             words += f" {'>' if above else '≥'} {least:g}"
         if most is not None:
             words += f"{' and' if least is not None else ''} ≤ {most:g}"
-        raise SceneError.about(body, field, _short(value), words + (f" ({unit})" if unit else ""))
+        raise SceneError.about(body, field, value, words + (f" ({unit})" if unit else ""))
     return float(value)
 
 
-def inertia(body: str | None, value: ArrayLike) -> Array:
+def inertia(body: str | None, value: Any) -> Array:
     """(3,) principal moments or a symmetric (3, 3) matrix, kg m², body axes, about the centre of mass."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.shape not in ((3,), (3, 3)) or not np.isfinite(array).all():
+    array = real_numbers(value)
+    if array is None or array.shape not in ((3,), (3, 3)) or not np.isfinite(array).all():
         raise SceneError.about(
-            body, "inertia", _short(value), "3 principal moments or a 3 x 3 matrix (kg m²)"
+            body, "inertia", value, "3 principal moments or a 3 x 3 matrix (kg m²)"
         )
+    if np.abs(array).max() > _GREATEST_INERTIA:
+        raise SceneError.about(body, "inertia", value, f"at most {_GREATEST_INERTIA:g} kg m²")
     matrix = np.diag(array) if array.shape == (3,) else array
-    if np.abs(matrix - matrix.T).max() > 1e-9 * np.abs(matrix).max():
-        raise SceneError.about(body, "inertia", _short(value), "symmetric")
+    skewness = np.abs(matrix - matrix.T)
+    if skewness.max() > 1e-9 * np.abs(matrix).max():
+        row, column = np.unravel_index(np.argmax(skewness), (3, 3))
+        raise SceneError.about(
+            body,
+            "inertia",
+            value,
+            f"symmetric ([{row}, {column}] is {float(matrix[row, column])!r},"
+            f" [{column}, {row}] is {float(matrix[column, row])!r})",
+        )
     matrix = 0.5 * (matrix + matrix.T)
     moments = np.linalg.eigvalsh(matrix) if array.shape == (3, 3) else np.sort(array)
-    if moments[0] <= 0:
+    least, middle, most = (float(m) for m in moments)
+    if least <= 0:
         raise SceneError.about(
-            body,
-            "inertia",
-            _short(value),
-            f"positive definite (its least moment is {moments[0]:g})",
+            body, "inertia", value, f"positive definite (its least principal moment is {least!r})"
         )
-    if moments[2] > (moments[0] + moments[1]) * (1 + _INERTIA_TRIANGLE):
+    if most > (least + middle) * (1 + _INERTIA_TRIANGLE):
         raise SceneError.about(
             body,
             "inertia",
-            _short(value),
+            value,
             "that of a real body: its largest principal moment may not exceed the sum of the other"
-            f" two (they are {moments[0]:g}, {moments[1]:g}, {moments[2]:g})",
+            f" two ({most!r} > {least!r} + {middle!r})",
         )
     return matrix
-
-
-def _short(value: Any) -> Any:
-    """The value as a message can show it."""
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    text = repr(value)
-    return value if len(text) <= 120 else text[:117] + "..."

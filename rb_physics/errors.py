@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 
 class SceneError(ValueError):
     """A scene, body, shape or setting that cannot be simulated as given.
@@ -24,7 +26,9 @@ class SceneError(ValueError):
         ``allowed`` completes "it must be …".
         """
         where = f"body {body!r}: " if body is not None else ""
-        return cls(f"{where}{field} is {value!r}; it must be {allowed}", body=body, field=field)
+        return cls(
+            f"{where}{field} is {_shown(value)}; it must be {allowed}", body=body, field=field
+        )
 
 
 class DivergedError(RuntimeError):
@@ -41,3 +45,17 @@ class DivergedError(RuntimeError):
         self.step = step
         self.body = body
         self.variation = variation
+
+
+def _shown(value: object) -> str:
+    """The value as a message can show it: one line, at most 120 characters."""
+    shape = getattr(value, "shape", None)
+    if isinstance(shape, tuple) and all(isinstance(n, int) for n in shape):
+        if math.prod(shape) > 16:
+            return f"an array of shape {shape}"
+        value = value.tolist()  # type: ignore[attr-defined]
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # whatever a foreign __repr__ raises; ints of more than 4300 digits do
+        return f"an object of type {type(value).__name__}"
+    return text if len(text) <= 120 else f"{text[:117]}..."

@@ -40,7 +40,10 @@ class ContactKinematics(NamedTuple):
 
 
 def test_intersection(a: Body, b: Body) -> bool:
-    """True when the closed bodies share a point: the notes' test-intersection query."""
+    """True when the closed bodies share a point: the notes' test-intersection query.
+
+    Here and below, ``a`` and ``b`` are two bodies of one world, else `SceneError`.
+    """
     world = _common_world(a, b)
     return world._test_intersection(a.row, b.row)
 
@@ -88,13 +91,21 @@ def contact_kinematics(world: World, i: int) -> ContactKinematics:
     Raises:
         SceneError: there is no such row.
     """
+    if not isinstance(world, _core.World):
+        raise SceneError.about(None, "world", world, "an rb.World")
     n = len(world.contacts)
-    if not -n <= i < n:
-        raise SceneError(f"contact row {i} does not exist; world.contacts has {n} rows")
-    return ContactKinematics(*world._contact_kinematics(i % n))
+    row = checks.whole_number("i", i, -(2**31))
+    if not -n <= row < n:
+        raise SceneError(
+            f"contact row {row} does not exist; world.contacts has {n} rows", field="i"
+        )
+    return ContactKinematics(*world._contact_kinematics(row % n))
 
 
 def _common_world(a: Body, b: Body) -> World:
+    for which, body in (("a", a), ("b", b)):
+        if not isinstance(body, Body):
+            raise SceneError.about(None, which, body, "a body of a world: world['NAME']")
     if a.world is not b.world:
         raise SceneError(f"bodies {a.name!r} and {b.name!r} are in different worlds")
     if a is b:

@@ -49,6 +49,10 @@ def scene_path(scene: str | os.PathLike[str]) -> Path:
     Raises:
         SceneError: no such file or packaged scene.
     """
+    if not isinstance(scene, (str, os.PathLike)) or isinstance(os.fspath(scene), bytes):
+        raise SceneError.about(
+            None, "scene", scene, "the path of a scene file or the name of a packaged scene"
+        )
     path = Path(scene)
     if isinstance(scene, str) and path.name == scene and path.suffix not in (".yaml", ".yml"):
         names = packaged_scenes()

@@ -97,6 +97,8 @@ class Scene:
         """
         from . import located_yaml
 
+        if not isinstance(text, str):
+            raise SceneError.about(None, "text", text, "the YAML text of a scene")
         try:
             document = located_yaml.parse(text, source, scene_schema(), _subject)
         except ValueError as error:
@@ -121,12 +123,15 @@ class Scene:
         Raises:
             SceneError: a setting is not allowed.
         """
+        from .settings import Settings
         from .world import World
 
         chosen: dict[str, Any] = dict(self.data.get("settings", {}))
         chosen |= {key: self.data[key] for key in ("gravity", "dt") if key in self.data}
         chosen |= settings
         document = self._document
+        if settings:
+            Settings.from_keywords(None, settings)  # a mistake in these is not one in the file
         world = _located(document, ("settings",), None, partial(World, **chosen))
         for row, body in enumerate(self.bodies):
             at, name = ("bodies", row), body["name"]

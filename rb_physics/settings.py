@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
-import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import FrozenInstanceError, dataclass, fields, replace
 from typing import Any
 
-from . import _core
+import numpy as np
+
+from . import _core, checks
 from .errors import SceneError
 
 _STEPPERS = {"fixed": _core.Stepper.FIXED, "event": _core.Stepper.EVENT}
@@ -22,10 +22,10 @@ class Settings:
 
     Attributes:
         gravity: (3,) m/s², world axes.
-        dt: s, > 0.
+        dt: s, ≥ 1e-12.
         stepper: "fixed" (constant dt) or "event" (from contact time to contact time).
         impact_law: "sequential", "simultaneous" or "reflections" (S12 to S14).
-        threads: worker threads; the result does not depend on it.
+        threads: worker threads, 1 to 1024; the result does not depend on it.
         sleeping: let islands sleep that were slower than 1 µm/s for 0.5 s: they cost nothing, their
             contacts and wrenches stay as they were. A change of state, surface or wrench, a moving
             neighbour within reach, and a body added or removed wake them.
@@ -58,51 +58,45 @@ class Settings:
     contact_margin: float = 0.0
 
     def __post_init__(self) -> None:
-        gravity = self.gravity
-        try:
-            values = tuple(float(v) for v in gravity)
-        except (TypeError, ValueError):
-            values = ()
-        if len(values) != 3 or not all(map(math.isfinite, values)):
-            raise SceneError.about(None, "gravity", gravity, "three finite numbers (m/s²)")
-        object.__setattr__(self, "gravity", values)
-        _require_number("dt", self.dt, lambda v: v > 0, "a finite number > 0 (s)")
-        _require_number(
-            "tolerance", self.tolerance, lambda v: 0 < v < 1, "a number between 0 and 1"
-        )
-        _require_number("contact_margin", self.contact_margin, lambda v: v >= 0, "≥ 0 (m)")
-        if self.restitution_threshold is not None:
-            _require_number(
-                "restitution_threshold", self.restitution_threshold, lambda v: v >= 0, "≥ 0 (m/s)"
-            )
-        for name, least in (
-            ("threads", 1),
-            ("max_work", 0),
-            ("max_events", 0),
-            ("max_event_contacts", 0),
-        ):
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        gravity = checks.real_numbers(self.gravity)
+        if gravity is None or gravity.shape != (3,) or not np.isfinite(gravity).all():
+            raise SceneError.about(None, "gravity", self.gravity, "three finite numbers (m/s²)")
+        put("gravity", tuple(gravity.tolist()))
+        put("dt", checks.number(None, "dt", self.dt, 0.0, above=True, unit="s"))
+        if self.dt < 1e-12:  # impulses over it would overflow
+            raise SceneError.about(None, "dt", self.dt, "at least 1e-12 s")
+        tolerance = checks.number(None, "tolerance", self.tolerance)
+        if not 0.0 < tolerance < 1.0:
+            raise SceneError.about(None, "tolerance", self.tolerance, "a number between 0 and 1")
+        put("tolerance", tolerance)
+        for name, unit in (("contact_margin", "m"), ("restitution_threshold", "m/s")):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise SceneError.about(None, name, value, f"a whole number ≥ {least}")
-        if not isinstance(self.sleeping, bool):
-            raise SceneError.about(None, "sleeping", self.sleeping, "True or False")
-        _require_choice("stepper", self.stepper, _STEPPERS)
-        _require_choice("impact_law", self.impact_law, _IMPACT_LAWS)
-        _require_choice("free_motion", self.free_motion, _FREE_MOTION)
-        _require_choice("friction_combine", self.friction_combine, _COMBINE)
-        _require_choice("restitution_combine", self.restitution_combine, _COMBINE)
+            if value is not None or name == "contact_margin":
+                put(name, checks.number(None, name, value, 0.0, unit=unit))
+        put("threads", checks.whole_number("threads", self.threads, 1, 1024))
+        put("max_work", checks.whole_number("max_work", self.max_work, 0, 2**62))
+        for name in ("max_events", "max_event_contacts"):
+            put(name, checks.whole_number(name, getattr(self, name), 0))
+        put("sleeping", checks.flag("sleeping", self.sleeping))
+        for name, table in _TABLES.items():
+            checks.choice(None, name, getattr(self, name), table)
 
     @classmethod
     def from_keywords(cls, base: Settings | None, keywords: dict[str, Any]) -> Settings:
         """``base`` (or the defaults) with ``keywords`` replaced; unknown names get a suggestion."""
+        if base is not None and not isinstance(base, Settings):
+            raise SceneError.about(
+                None, "settings", base, "rb.Settings(...); single fields can be keywords"
+            )
         known = [f.name for f in fields(cls)]
         for name in keywords:
             if name not in known:
-                close = difflib.get_close_matches(name, known, n=1)
-                hint = (
-                    f"; did you mean {close[0]!r}?" if close else f"; known are {', '.join(known)}"
+                raise SceneError(
+                    f"unknown setting {name!r}{checks.suggestion(name, known)}", field=name
                 )
-                raise SceneError(f"unknown setting {name!r}{hint}", field=name)
         return replace(base, **keywords) if base is not None else cls(**keywords)
 
     def to_core(self) -> _core.CoreSettings:
@@ -115,6 +109,18 @@ class Settings:
         return core
 
 
+def _refuse(self: Settings, name: str, value: object) -> None:
+    known = [f.name for f in fields(self)]
+    if name not in known:
+        raise AttributeError(f"Settings has no attribute {name!r}{checks.suggestion(name, known)}")
+    raise FrozenInstanceError(
+        f"Settings.{name} can't be set: settings hold for the life of a world; give a new world"
+        f" others, e.g. rb.World(settings, {name}=...)"
+    )
+
+
+Settings.__setattr__ = _refuse  # type: ignore[assignment,method-assign]
+
 _TABLES: dict[str, dict[str, Any]] = {
     "stepper": _STEPPERS,
     "impact_law": _IMPACT_LAWS,
@@ -122,14 +128,3 @@ _TABLES: dict[str, dict[str, Any]] = {
     "friction_combine": _COMBINE,
     "restitution_combine": _COMBINE,
 }
-
-
-def _require_number(name: str, value: Any, allowed: Any, words: str) -> None:
-    good = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not good or not math.isfinite(value) or not allowed(value):
-        raise SceneError.about(None, name, value, words)
-
-
-def _require_choice(name: str, value: Any, table: dict[str, Any]) -> None:
-    if not isinstance(value, str) or value not in table:
-        raise SceneError.about(None, name, value, "one of " + ", ".join(repr(k) for k in table))

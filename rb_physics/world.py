@@ -16,8 +16,8 @@ from .settings import Settings
 Array = NDArray[np.float64]
 
 _TYPES = {
-    "static": _core.BodyType.STATIC,
     "dynamic": _core.BodyType.DYNAMIC,
+    "static": _core.BodyType.STATIC,
     "kinematic": _core.BodyType.KINEMATIC,
 }
 _SHAPES = (
@@ -65,11 +65,17 @@ class World(_core.World):
         SceneError: an unknown setting or a value that is not allowed.
     """
 
+    __slots__ = ("_bodies", "_by_name", "_chosen")
+
     def __init__(self, settings: Settings | None = None, **keywords: Any) -> None:
-        self.settings = Settings.from_keywords(settings, keywords)
-        super().__init__(self.settings.to_core())
+        self._chosen = Settings.from_keywords(settings, keywords)
+        super().__init__(self._chosen.to_core())
         self._bodies: list[Body] = []
         self._by_name: dict[str, Body] = {}
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        checks.settable(self, name, "settings hold for life, state is set through the bodies")
+        super().__setattr__(name, value)
 
     def __repr__(self) -> str:
         return f"<World: {len(self._bodies)} bodies, t = {self.time:.6g} s>"
@@ -80,25 +86,35 @@ class World(_core.World):
         return tuple(self._bodies)
 
     @property
+    def settings(self) -> Settings:
+        """All choices about the physics, for the life of the world."""
+        return self._chosen
+
+    @property
     def dt(self) -> float:
         """s, length of a step."""
         return self.settings.dt
 
     @property
     def gravity(self) -> Array:
-        """(3,) m/s², world axes."""
-        return np.array(self.settings.gravity)
+        """(3,) m/s², world axes. Not to be written to."""
+        gravity = np.array(self.settings.gravity)
+        gravity.flags.writeable = False
+        return gravity
 
     def __getitem__(self, name: str) -> Body:
         """The body of that name. Raises KeyError that lists the names."""
-        try:
+        if isinstance(name, str) and name in self._by_name:
             return self._by_name[name]
-        except KeyError:
-            known = ", ".join(self._by_name) or "none"
-            raise KeyError(f"no body is named {name!r}; bodies: {known}") from None
+        known = ", ".join(self._by_name) or "none"
+        row = "" if isinstance(name, str) else " (by row: world.bodies[row])"
+        raise KeyError(f"no body is named {name!r}; bodies: {known}{row}")
 
-    def __contains__(self, name: object) -> bool:
-        return name in self._by_name
+    def __contains__(self, body: object) -> bool:
+        """Whether a body, or a body of that name, is in this world."""
+        if isinstance(body, Body):
+            return body._world is self
+        return isinstance(body, str) and body in self._by_name
 
     def __len__(self) -> int:
         return len(self._bodies)
@@ -151,8 +167,7 @@ class World(_core.World):
                 index += 1
             name = f"body_{index}"
         checks.name(name, "body", self._by_name)
-        if type not in _TYPES:
-            raise SceneError.about(name, "type", type, "'dynamic', 'static' or 'kinematic'")
+        checks.choice(name, "type", type, _TYPES)
         if not isinstance(shape, _SHAPES):
             known = ", ".join(s.__name__ for s in _SHAPES)
             raise SceneError.about(name, "shape", shape, f"a shape ({known})")
@@ -195,7 +210,7 @@ class World(_core.World):
             raise SceneError.about(
                 name, "shape", shape, f"a shape with a surface for a {type} body"
             )
-        parsed = _frames(name, frames or {})
+        parsed = _frames(name, frames)
         row = self._add(
             shape, name, _TYPES[type], total, com, moments, x, q, v, w, material, particle
         )
@@ -235,11 +250,18 @@ class World(_core.World):
         return twin
 
     def ray_cast(self, origin: ArrayLike, direction: ArrayLike) -> RayHit | None:
-        """The nearest body along the ray from ``origin`` (3,) m in ``direction`` (3,), or None."""
+        """The nearest body along the ray from ``origin`` (3,) m in ``direction`` (3,), or None.
+
+        Raises:
+            SceneError: NaN or infinity, wrong shapes, a direction of length 0.
+        """
         start = checks.vector(None, "origin", origin, unit="m")
         along = checks.vector(None, "direction", direction)
         if not along.any():
             raise SceneError.about(None, "direction", direction, "not the zero vector")
+        longest = float(np.abs(along).max())
+        if not 1e-100 < longest < 1e100:  # its square would vanish or overflow
+            along /= longest
         hit = self._ray_cast(start, along)
         if hit is None:
             return None
@@ -252,13 +274,17 @@ class World(_core.World):
         Raises:
             SceneError: the bytes are not a snapshot, or one of another world; nothing has changed.
         """
+        if not isinstance(snapshot, (bytes, bytearray, memoryview)):
+            raise SceneError.about(None, "snapshot", snapshot, "the bytes that `save` returned")
         try:
-            super().restore(snapshot)
+            super().restore(bytes(snapshot))
         except ValueError as error:
             raise SceneError(str(error), field="snapshot") from None
 
     def remove(self, body: Body) -> None:
         """Takes the body out; later rows move up. Raises `SceneError` when it is not in this world."""
+        if not isinstance(body, Body):
+            raise SceneError.about(None, "body", body, "a body of this world: world['NAME']")
         if body._world is not self:
             raise SceneError(f"body {body.name!r} is not in this world", body=body.name)
         self._remove(body._row)
@@ -319,18 +345,21 @@ def _mass_properties(
         return float(mass), np.zeros(3), np.zeros((3, 3))
     volume, shape_com, unit_inertia = _core.unit_density_mass(shape)
     total = float(mass) if mass is not None else float(density) * volume  # type: ignore[arg-type]
-    shape_inertia = unit_inertia * (total / volume)
-    if com is None:
-        com = shape_com
-    elif matrix is None:
-        # The given centre of mass is not the shape's: the shape's inertia, seen from there.
-        d = com - shape_com
-        shape_inertia = shape_inertia + total * (d @ d * np.eye(3) - np.outer(d, d))
+    with np.errstate(over="ignore", invalid="ignore"):  # said below
+        shape_inertia = unit_inertia * (total / volume)
+        if com is None:
+            com = shape_com
+        elif matrix is None:
+            # The given centre of mass is not the shape's: the shape's inertia, seen from there.
+            d = com - shape_com
+            shape_inertia = shape_inertia + total * (d @ d * np.eye(3) - np.outer(d, d))
     result = shape_inertia if matrix is None else matrix
-    if not (np.isfinite(result).all() and result.diagonal().min() > 0 and total > 0):
+    moments = result.diagonal()
+    if not (1e-90 < total < 1e90 and moments.min() > 1e-150 and moments.max() < 1e150):
         raise SceneError(
-            f"body {name!r}: mass {total:g} kg and inertia {result.diagonal().tolist()} are not"
-            " usable numbers; choose a larger shape or mass",
+            f"body {name!r}: mass {total:g} kg and moments of inertia {moments.tolist()} kg m² are"
+            " too small or too large to compute with; mass may be 1e-90 to 1e90 kg, moments 1e-150"
+            " to 1e150 kg m²",
             body=name,
             field="mass",
         )
@@ -338,11 +367,17 @@ def _mass_properties(
 
 
 def _frames(
-    body: str, frames: Mapping[str, tuple[ArrayLike, ArrayLike]]
+    body: str, frames: Mapping[str, tuple[ArrayLike, ArrayLike]] | None
 ) -> dict[str, tuple[Array, Array]]:
+    if frames is None:
+        return {}
+    if not isinstance(frames, Mapping):
+        raise SceneError.about(
+            body, "frames", frames, "a dict: frame name -> (position, orientation)"
+        )
     parsed: dict[str, tuple[Array, Array]] = {}
     for key, value in frames.items():
-        checks.name(key, "frame", parsed)
+        checks.name(key, "frame", parsed, body)
         if key == "com":
             raise SceneError(
                 f"body {body!r}: frame name 'com' is taken by the centre of mass", body=body
@@ -353,8 +388,11 @@ def _frames(
             raise SceneError.about(
                 body, f"frames.{key}", value, "(position, orientation)"
             ) from None
-        parsed[key] = (
+        pose = (
             checks.vector(body, f"frames.{key}.position", position, unit="m"),
             checks.quaternion(body, f"frames.{key}.orientation", orientation),
         )
+        for array in pose:
+            array.flags.writeable = False
+        parsed[key] = pose
     return parsed

@@ -5,19 +5,22 @@
 #include <pybind11/pybind11.h>
 
 #include <cmath>
+#include <optional>
 #include <string>
 
+#include "bindings/arrays.hpp"
 #include "math/tolerances.hpp"
 #include "math/types.hpp"
 
 namespace rb::bindings {
 
-// Raises rb_physics.SceneError: "FIELD is VALUE; it must be ALLOWED".
+// Raises rb_physics.SceneError: "[body BODY: ]FIELD is VALUE; it must be ALLOWED".
 [[noreturn]] inline void refuse(const std::string& field, const pybind11::object& value,
-                                const std::string& allowed) {
+                                const std::string& allowed, const std::string& body = "") {
   namespace py = pybind11;
   const py::object type = py::module_::import("rb_physics.errors").attr("SceneError");
-  const py::object error = type.attr("about")(py::none(), field, value, allowed);
+  const py::object error = type.attr("about")(
+      body.empty() ? py::object(py::none()) : py::object(py::str(body)), field, value, allowed);
   PyErr_SetObject(type.ptr(), error.ptr());
   throw py::error_already_set();
 }
@@ -30,6 +33,26 @@ namespace rb::bindings {
   PyErr_SetObject(type.ptr(), error.ptr());
   throw py::error_already_set();
 }
+
+// The real numbers in `value` as C-ordered doubles; none for text, truth values, complex numbers,
+// dates and ragged lists, which numpy would make numbers of.
+std::optional<InputArray> real_numbers(const pybind11::handle& value);
+
+// A finite number; anything else is refused with `allowed`. numpy scalars and 0-d arrays are
+// numbers.
+double number(const std::string& field, const pybind11::object& value, const std::string& allowed);
+
+// Finite numbers of that shape, refused as "3 finite numbers" and the like.
+Vec3 vector3(const std::string& field, const pybind11::object& value);
+Eigen::Vector4d vector4(const std::string& field, const pybind11::object& value);
+Mat3 matrix3(const std::string& field, const pybind11::object& value);
+
+// True or False; what is merely true-like is refused.
+bool flag(const std::string& field, const pybind11::object& value);
+
+// A whole number from `least`; a float is none, however whole.
+std::int64_t whole_number(const std::string& field, const pybind11::object& value,
+                          std::int64_t least);
 
 inline pybind11::object as_list(const Eigen::Ref<const Eigen::VectorXd>& values) {
   pybind11::list list;

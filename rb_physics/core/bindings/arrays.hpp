@@ -10,6 +10,10 @@ namespace rb {
 
 namespace py = pybind11;
 
+inline void put(double* p, const Vec3& v) {
+  for (int i = 0; i < 3; ++i) p[i] = v[i];
+}
+
 inline py::array_t<double> to_array(const Vec3& v) {
   py::array_t<double> out(3);
   for (int i = 0; i < 3; ++i) out.mutable_data()[i] = v[i];
@@ -28,6 +32,14 @@ inline py::array_t<double> to_array(const Mat3& m) {
     for (int c = 0; c < 3; ++c) out.mutable_at(r, c) = m(r, c);
   }
   return out;
+}
+
+// What a user might take for the state itself is handed out as a copy that can't be written to:
+// numpy then says so, where a write would be lost.
+template <class T>
+py::array_t<T> read_only(py::array_t<T> a) {
+  py::detail::array_proxy(a.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+  return a;
 }
 
 using InputArray = py::array_t<double, py::array::c_style | py::array::forcecast>;

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "bindings/arrays.hpp"
+#include "bindings/body_state.hpp"
 #include "math/rotation.hpp"
 #include "math/workers.hpp"
 #include "world/step.hpp"
@@ -15,9 +16,11 @@
 
 namespace rb {
 
-void hold(Body& body, const AppliedWrench& wrench);  // define_world.cpp
+void hold(Body& body, const AppliedWrench& wrench);  // define_wrenches.cpp
 
 namespace {
+
+using bindings::set_pose;
 
 struct Batch {
   std::vector<py::object> owners;
@@ -80,25 +83,29 @@ void scatter(Batch& batch, const InputArray& values, Take take) {
                           std::to_string(count) + ", " + std::to_string(width) + ")");
   }
   const double* p = values.data();
-  for (World* w : batch.worlds) {
-    for (Body& body : w->bodies) {
-      take(*w, body, p);
-      p += width;
+  std::vector<RigidState> before;
+  for (const World* w : batch.worlds) {
+    for (const Body& body : w->bodies) before.push_back(body.state);
+  }
+  const auto all = [&](auto act) {
+    std::size_t k = 0;
+    for (World* w : batch.worlds) {
+      w->geometry_dirty = true;
+      for (Body& body : w->bodies) act(*w, body, k++);
     }
-    w->geometry_dirty = true;
+  };
+  try {
+    all([&](World& w, Body& body, std::size_t k) { take(w, body, p + width * k); });
+  } catch (...) {  // none is set
+    all([&](World&, Body& body, std::size_t k) { body.state = before[k]; });
+    throw;
   }
 }
 
-void put(double* p, const Vec3& v) {
-  for (int i = 0; i < 3; ++i) p[i] = v[i];
-}
-
-void set_pose(Body& b, const Pose& pose) {
-  const Vec3 v = b.linear_velocity();
-  const Vec3 w = b.angular_velocity();
-  b.set_pose(pose);
-  b.set_linear_velocity(v);
-  b.set_angular_velocity(w);
+// The state set from three numbers, finite or refused.
+template <class Change>
+void change(Body& body, const char* field, const double* p, Change act) {
+  bindings::change_state(body, field, InputArray(3, p), act);
 }
 
 // Forces and torques on the centres of mass, world axes; zero rows of both leave a body alone.
@@ -177,7 +184,9 @@ void define_batch(py::module_& m) {
       .def("_set_positions",
            [](Batch& batch, const InputArray& x) {
              scatter<3>(batch, x, [](World&, Body& b, const double* p) {
-               set_pose(b, {Vec3(p[0], p[1], p[2]), b.state.q});
+               change(b, "positions", p, [&](Body& c) {
+                 set_pose(c, {Vec3(p[0], p[1], p[2]), c.state.q});
+               });
              });
            })
       .def("_set_orientations",
@@ -189,13 +198,17 @@ void define_batch(py::module_& m) {
       .def("_set_linear_velocities",
            [](Batch& batch, const InputArray& v) {
              scatter<3>(batch, v, [](World&, Body& b, const double* p) {
-               if (b.type != BodyType::STATIC) b.set_linear_velocity(Vec3(p[0], p[1], p[2]));
+               if (b.type == BodyType::STATIC) return;
+               change(b, "linear_velocities", p,
+                      [&](Body& c) { c.set_linear_velocity(Vec3(p[0], p[1], p[2])); });
              });
            })
       .def("_set_angular_velocities",
            [](Batch& batch, const InputArray& v) {
              scatter<3>(batch, v, [](World&, Body& b, const double* p) {
-               if (b.type != BodyType::STATIC) b.set_angular_velocity(Vec3(p[0], p[1], p[2]));
+               if (b.type == BodyType::STATIC) return;
+               change(b, "angular_velocities", p,
+                      [&](Body& c) { c.set_angular_velocity(Vec3(p[0], p[1], p[2])); });
              });
            })
       .def("_apply_wrenches", &apply);

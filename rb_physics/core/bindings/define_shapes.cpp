@@ -38,19 +38,14 @@ py::object tuple_of(const Vec3& v) { return py::make_tuple(v.x(), v.y(), v.z());
 
 py::object tuple_of(const Quat& q) { return py::make_tuple(q.x(), q.y(), q.z(), q.w()); }
 
-Sphere make_sphere(double radius) { return {checked_length("shape.radius", radius)}; }
-
-// Anything but three numbers is refused in the words of the interface, not those of the bindings.
-Vec3 vector_argument(const std::string& field, const py::object& value) {
-  try {
-    return value.cast<Vec3>();
-  } catch (const py::cast_error&) {
-    refuse(field, value, "three finite numbers (m)");
-  }
+double length_argument(const std::string& field, const py::object& value) {
+  return checked_length(field, bindings::number(field, value, "a length between 1e-9 and 1e9 m"));
 }
 
+Sphere make_sphere(const py::object& radius) { return {length_argument("shape.radius", radius)}; }
+
 Box make_box(const py::object& value) {
-  const Vec3 half_extents = vector_argument("shape.half_extents", value);
+  const Vec3 half_extents = bindings::vector3("shape.half_extents", value);
   for (const double h : half_extents) {
     if (!(h >= bindings::least_length && h <= bindings::greatest_length)) {
       refuse("shape.half_extents", bindings::as_list(half_extents),
@@ -60,31 +55,36 @@ Box make_box(const py::object& value) {
   return {half_extents};
 }
 
-Capsule make_capsule(double radius, double half_length) {
-  return {checked_length("shape.radius", radius), checked_length("shape.half_length", half_length)};
+Capsule make_capsule(const py::object& radius, const py::object& half_length) {
+  return {length_argument("shape.radius", radius),
+          length_argument("shape.half_length", half_length)};
 }
 
-Cylinder make_cylinder(double radius, double half_length) {
-  return {checked_length("shape.radius", radius), checked_length("shape.half_length", half_length)};
+Cylinder make_cylinder(const py::object& radius, const py::object& half_length) {
+  return {length_argument("shape.radius", radius),
+          length_argument("shape.half_length", half_length)};
 }
 
-HalfSpace make_half_space(const py::object& value, double offset) {
-  const Vec3 normal = vector_argument("shape.normal", value);
+HalfSpace make_half_space(const py::object& value, const py::object& distance) {
+  const std::string finite = "a finite number of at most 1e9 (m)";
+  const double offset = bindings::number("shape.offset", distance, finite);
+  const Vec3 normal = bindings::vector3("shape.normal", value);
   const double length = normal.norm();
   if (!(std::abs(length - 1.0) <= tolerance::quaternion_norm)) {
     refuse("shape.normal", bindings::as_list(normal), "a unit vector (its length must be 1)");
   }
   if (!(std::abs(offset) <= bindings::greatest_length)) {
-    refuse("shape.offset", py::cast(offset), "a finite number of at most 1e9 (m)");
+    refuse("shape.offset", distance, finite);
   }
   return {std::abs(length - 1.0) <= 4e-16 ? normal : Vec3(normal / length), offset};
 }
 
-ConvexHull make_hull_of(
-    const py::array_t<double, py::array::c_style | py::array::forcecast>& rows) {
-  if (rows.ndim() != 2 || rows.shape(1) != 3) {
-    refuse("shape.points", rows, "an array of shape (n, 3)");
+ConvexHull make_hull_of(const py::object& value) {
+  const std::optional<InputArray> given = bindings::real_numbers(value);
+  if (!given || given->ndim() != 2 || given->shape(1) != 3) {
+    refuse("shape.points", value, "numbers in an array of shape (n, 3) (m)");
   }
+  const InputArray& rows = *given;
   std::vector<Vec3> points;
   for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
     points.push_back(checked_vector("shape.points[" + std::to_string(i) + "]",
@@ -127,17 +127,28 @@ py::array_t<int> hull_edges(const ConvexHull& hull) {
   return out;
 }
 
-using PlacedPart = std::tuple<Shape, Vec3, Eigen::Vector4d>;
+// A list or tuple; text, arrays and what can only be gone through once are none.
+bool is_list(const py::object& value) {
+  return py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value);
+}
 
-Compound make_compound_of(const std::vector<PlacedPart>& placed) {
+CompoundPart make_part(const std::string& field, const py::object& value) {
+  const auto items = is_list(value) ? py::sequence(value) : py::sequence(py::tuple());
+  if (items.size() != 3) refuse(field, value, "(shape, position, orientation)");
+  py::detail::make_caster<Shape> shape;
+  if (!shape.load(items[0], false)) refuse(field + ".shape", items[0], "a shape");
+  return {py::detail::cast_op<Shape>(shape),
+          {checked_vector(field + ".position", bindings::vector3(field + ".position", items[1])),
+           checked_orientation(field + ".orientation",
+                               bindings::vector4(field + ".orientation", items[2]))}};
+}
+
+Compound make_compound_of(const py::object& value) {
+  if (!is_list(value)) refuse("shape.parts", value, "a list of (shape, position, orientation)");
+  const py::sequence placed = value;
   std::vector<CompoundPart> parts;
-  for (std::size_t i = 0; i < placed.size(); ++i) {
-    const auto& [shape, position, orientation] = placed[i];
-    const std::string field = "shape.parts[" + std::to_string(i) + "]";
-    parts.push_back({shape,
-                     {checked_vector(field + ".position", position),
-                      checked_orientation(field + ".orientation", orientation)}});
-  }
+  for (std::size_t i = 0; i < placed.size(); ++i)
+    parts.push_back(make_part("shape.parts[" + std::to_string(i) + "]", placed[i]));
   try {
     return make_compound(parts);
   } catch (const std::invalid_argument& error) {

@@ -18,11 +18,13 @@ namespace {
 using Reals = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Integers = py::array_t<std::int64_t, py::array::c_style>;
 
-TriangleMesh make_mesh_of(const Reals& vertices, const py::object& triangles) {
+TriangleMesh make_mesh_of(const py::object& value, const py::object& triangles) {
   using bindings::refuse;
-  if (vertices.ndim() != 2 || vertices.shape(1) != 3) {
-    refuse("shape.vertices", vertices, "an array of shape (n, 3)");
+  const std::optional<InputArray> corner_points = bindings::real_numbers(value);
+  if (!corner_points || corner_points->ndim() != 2 || corner_points->shape(1) != 3) {
+    refuse("shape.vertices", value, "numbers in an array of shape (n, 3) (m)");
   }
+  const InputArray& vertices = *corner_points;
   const py::array given = py::array::ensure(triangles);
   const bool integral = given && (given.dtype().kind() == 'i' || given.dtype().kind() == 'u');
   if (!integral || given.ndim() != 2 || given.shape(1) != 3) {
@@ -51,16 +53,20 @@ TriangleMesh make_mesh_of(const Reals& vertices, const py::object& triangles) {
   }
 }
 
-HeightField make_field_of(const Reals& heights, const py::object& spacing) {
-  if (heights.ndim() != 2) bindings::refuse("shape.heights", heights, "an array of shape (n, m)");
-  Vec2 step;
-  try {
-    step = py::isinstance<py::float_>(spacing) || py::isinstance<py::int_>(spacing)
-               ? Vec2(Vec2::Constant(spacing.cast<double>()))
-               : spacing.cast<Vec2>();
-  } catch (const py::cast_error&) {
-    bindings::refuse("shape.spacing", spacing, "a length (m) or two, along x and y");
-  }
+Vec2 spacing_argument(const py::object& value) {
+  const std::optional<InputArray> given = bindings::real_numbers(value);
+  if (given && given->ndim() == 0) return Vec2::Constant(*given->data());
+  if (given && given->ndim() == 1 && given->size() == 2)
+    return Vec2(given->data()[0], given->data()[1]);
+  bindings::refuse("shape.spacing", value, "a length (m) or two, along x and y");
+}
+
+HeightField make_field_of(const py::object& value, const py::object& spacing) {
+  const std::optional<InputArray> grid = bindings::real_numbers(value);
+  if (!grid || grid->ndim() != 2)
+    bindings::refuse("shape.heights", value, "numbers in an array of shape (n, m) (m)");
+  const InputArray& heights = *grid;
+  const Vec2 step = spacing_argument(spacing);
   const std::vector<double> values(heights.data(), heights.data() + heights.size());
   try {
     return make_height_field(static_cast<int>(heights.shape(0)), static_cast<int>(heights.shape(1)),

@@ -3,7 +3,11 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <chrono>
+
+#include "bindings/arguments.hpp"
 #include "bindings/arrays.hpp"
+#include "bindings/body_state.hpp"
 #include "bindings/contact_row.hpp"
 #include "contact/builder.hpp"
 #include "math/rotation.hpp"
@@ -12,24 +16,10 @@
 
 namespace rb {
 
-void define_body_queries(py::class_<World>& world);
+using bindings::change_state;
 
-// Holds a wrench in place of the one its source gave before; the order is that of the sources.
-// The same wrench again only lasts longer: it wakes nobody.
-void hold(Body& body, const AppliedWrench& a) {
-  const auto held = std::find_if(body.wrenches.begin(), body.wrenches.end(),
-                                 [&a](const AppliedWrench& x) { return x.source == a.source; });
-  if (held != body.wrenches.end() && held->frame == a.frame && held->force == a.force &&
-      held->torque == a.torque && held->at_center == a.at_center && held->point == a.point) {
-    held->remaining = a.remaining;
-    return;
-  }
-  body.wake();
-  std::erase_if(body.wrenches, [&a](const AppliedWrench& x) { return x.source == a.source; });
-  const auto at = std::find_if(body.wrenches.begin(), body.wrenches.end(),
-                               [&a](const AppliedWrench& x) { return x.source > a.source; });
-  body.wrenches.insert(at, a);
-}
+void define_body_queries(py::class_<World>& world);
+void define_wrenches(py::class_<World>& world);
 
 namespace {
 
@@ -45,44 +35,45 @@ py::array_t<double> per_body(const World& w, Fill fill) {
   return out;
 }
 
-void put(double* p, const Vec3& v) {
-  for (int i = 0; i < 3; ++i) p[i] = v[i];
-}
-
 [[noreturn]] void throw_diverged(const World& w, const Diverged& e) {
   const std::string name = e.info.body >= 0 ? w.bodies[e.info.body].name : std::string();
   const py::object type = py::module_::import("rb_physics.errors").attr("DivergedError");
-  const py::object error =
-      type("step " + std::to_string(e.info.step) + ": the state of body '" + name +
-               "' stopped being finite; the world holds the last good state: look for huge forces, "
-               "masses or speeds",
-           py::arg("step") = e.info.step, py::arg("body") = name);
+  const py::object error = type(
+      "step " + std::to_string(e.info.step) + ": the state of body '" + name +
+          "' stopped being finite or grew beyond 1e30; the world holds the last good state: look "
+          "for huge forces, masses or speeds",
+      py::arg("step") = e.info.step, py::arg("body") = name);
   PyErr_SetObject(type.ptr(), error.ptr());
   throw py::error_already_set();
 }
 
-void step_many(World& w, std::uint64_t n) {
+// Between two steps, a few times a second: so that Ctrl-C ends a long run with the last step whole.
+class Interrupt {
+ public:
+  void check() {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < std::chrono::milliseconds(200)) return;
+    last_ = now;
+    const py::gil_scoped_acquire hold;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+void step_many(World& w, const py::object& count) {
+  const std::int64_t n = bindings::whole_number("n", count, 0);
   try {
     const py::gil_scoped_release release;
-    for (std::uint64_t k = 0; k < n; ++k) step(w);
+    if (n == 1) return step(w);
+    Interrupt interrupt;
+    for (std::int64_t k = 0; k < n; ++k) {
+      step(w);
+      interrupt.check();
+    }
   } catch (const Diverged& e) {
     throw_diverged(w, e);
-  }
-}
-
-// Wrenches (N, 6) at the centres of mass of many bodies, one source number for each.
-void apply_wrenches(World& w, const std::vector<std::int32_t>& rows,
-                    const std::vector<std::int32_t>& sources, const InputArray& wrenches,
-                    bool body_frame, double duration) {
-  const double* p = wrenches.data();
-  for (std::size_t k = 0; k < rows.size(); ++k, p += 6) {
-    AppliedWrench a;
-    a.source = sources.at(k);
-    a.frame = body_frame ? WrenchFrame::BODY : WrenchFrame::WORLD;
-    a.force = Vec3(p[0], p[1], p[2]);
-    a.torque = Vec3(p[3], p[4], p[5]);
-    a.remaining = duration;
-    hold(w.bodies.at(rows[k]), a);
   }
 }
 
@@ -125,96 +116,21 @@ std::int32_t add(World& w, const Shape& shape, const std::string& name, BodyType
       in.isotropic = mass.inertia == Mat3(mass.inertia(0, 0) * Mat3::Identity());
     }
   }
-  body.set_pose({to_vec3(position), normalized(to_quat(orientation))});
-  body.set_linear_velocity(to_vec3(linear_velocity));
-  body.set_angular_velocity(to_vec3(angular_velocity));
+  const Pose pose{to_vec3(position), normalized(to_quat(orientation))};
+  change_state(body, "position", position, [&](Body& b) { b.set_pose(pose); });
+  change_state(body, "linear_velocity", linear_velocity,
+               [&](Body& b) { b.set_linear_velocity(to_vec3(linear_velocity)); });
+  change_state(body, "angular_velocity", angular_velocity,
+               [&](Body& b) { b.set_angular_velocity(to_vec3(angular_velocity)); });
   return add_body(w, std::move(body), shape);
-}
-
-void define_enums(py::module_& m) {
-  py::enum_<BodyType>(m, "BodyType")
-      .value("STATIC", BodyType::STATIC)
-      .value("DYNAMIC", BodyType::DYNAMIC)
-      .value("KINEMATIC", BodyType::KINEMATIC);
-  py::enum_<Stepper>(m, "Stepper").value("FIXED", Stepper::FIXED).value("EVENT", Stepper::EVENT);
-  py::enum_<ImpactLaw>(m, "ImpactLaw")
-      .value("SEQUENTIAL", ImpactLaw::SEQUENTIAL)
-      .value("SIMULTANEOUS", ImpactLaw::SIMULTANEOUS)
-      .value("REFLECTIONS", ImpactLaw::REFLECTIONS);
-  py::enum_<FreeMotion>(m, "FreeMotion")
-      .value("EXACT", FreeMotion::EXACT)
-      .value("RK4", FreeMotion::RK4);
-  py::enum_<Combine>(m, "Combine")
-      .value("GEOMETRIC_MEAN", Combine::GEOMETRIC_MEAN)
-      .value("MEAN", Combine::MEAN)
-      .value("MIN", Combine::MIN)
-      .value("MAX", Combine::MAX)
-      .value("PRODUCT", Combine::PRODUCT);
-}
-
-void define_plain_data(py::module_& m) {
-  py::class_<Material>(m, "Material")
-      .def(py::init<>())
-      .def_readwrite("friction", &Material::friction)
-      .def_readwrite("static_friction", &Material::static_friction)
-      .def_readwrite("rolling_friction", &Material::rolling_friction)
-      .def_readwrite("spinning_friction", &Material::spinning_friction)
-      .def_readwrite("restitution", &Material::restitution);
-  py::class_<Settings>(m, "CoreSettings")
-      .def(py::init<>())
-      .def_property(
-          "gravity", [](const Settings& s) { return to_array(s.gravity); },
-          [](Settings& s, const InputArray& g) { s.gravity = to_vec3(g); })
-      .def_readwrite("dt", &Settings::dt)
-      .def_readwrite("stepper", &Settings::stepper)
-      .def_readwrite("impact_law", &Settings::impact_law)
-      .def_readwrite("free_motion", &Settings::free_motion)
-      .def_readwrite("threads", &Settings::threads)
-      .def_readwrite("sleeping", &Settings::sleeping)
-      .def_readwrite("tolerance", &Settings::tolerance)
-      .def_readwrite("max_work", &Settings::max_work)
-      .def_readwrite("max_events", &Settings::max_events)
-      .def_readwrite("max_event_contacts", &Settings::max_event_contacts)
-      .def_readwrite("friction_combine", &Settings::friction_combine)
-      .def_readwrite("restitution_combine", &Settings::restitution_combine)
-      .def_readwrite("restitution_threshold", &Settings::restitution_threshold)
-      .def_readwrite("contact_margin", &Settings::contact_margin);
-  py::class_<Stats>(m, "Stats", "What the last step did.")
-      .def_readonly("residual", &Stats::residual,
-                    "Largest relative natural-map residual of its contact solves.")
-      .def_readonly("iterations", &Stats::iterations, "Solver iterations, all islands.")
-      .def_readonly("contacts", &Stats::contacts,
-                    "Contact points that touch or carried an impulse.")
-      .def_readonly("islands", &Stats::islands, "Groups of bodies connected by contacts.")
-      .def_readonly("pairs", &Stats::pairs, "Broad-phase pairs.")
-      .def_readonly("events", &Stats::events,
-                    "Contact times and stick events found inside the step.")
-      .def_readonly("impacts", &Stats::impacts, "Impact-law solves.")
-      .def_readonly("corrections", &Stats::corrections,
-                    "Position corrections; they change no velocity.")
-      .def_readonly("capped", &Stats::capped, "Islands that met max_work or max_events.")
-      .def_readonly("queries_capped", &Stats::queries_capped,
-                    "Geometric queries whose iterations ran out: they answer less exactly.")
-      .def_readonly("retries", &Stats::retries,
-                    "Times the step was made again for a meeting nobody looked for.")
-      .def_readonly("asleep", &Stats::asleep, "Dynamic bodies that sleep.")
-      .def_readonly("max_penetration", &Stats::max_penetration, "m, at the end of the step.")
-      .def_readonly("energy_error", &Stats::energy_error,
-                    "Kinetic energy the contact solves gained, relative; 0 when none did.")
-      .def_readonly("detect_time", &Stats::detect_time, "s of wall clock, broad and narrow phase.")
-      .def_readonly("advance_time", &Stats::advance_time,
-                    "s of wall clock, islands: impacts, contact solves, contact times, motion.")
-      .def_readonly("correct_time", &Stats::correct_time, "s of wall clock, overlap taken out.")
-      .def_readonly("step_time", &Stats::step_time, "s of wall clock, the whole step.");
 }
 
 }  // namespace
 
 void define_world(py::module_& m) {
-  define_enums(m);
-  define_plain_data(m);
   py::class_<World> world(m, "World");
   define_body_queries(world);
+  define_wrenches(world);
   world
       .def(py::init([](const Settings& s) {
              auto w = std::make_unique<World>();
@@ -222,7 +138,10 @@ void define_world(py::module_& m) {
              return w;
            }),
            py::arg("settings"))
-      .def("step", &step_many, py::arg("n") = 1, "Advances the world by n steps of dt.")
+      .def("step", &step_many, py::arg("n") = 1,
+           "Advances the world by n steps of dt, n ≥ 0. Ctrl-C ends it between two steps. Raises "
+           "SceneError "
+           "for another n, DivergedError when a state stops being finite.")
       .def("_add",
            [](World& w, const Shape& shape, const std::string& name, BodyType type, double mass,
               const InputArray& center_of_mass, const InputArray& inertia,
@@ -242,14 +161,16 @@ void define_world(py::module_& m) {
       .def_property_readonly("time", &World::time, "s since the start or the last reset.")
       .def_property(
           "step_count", [](const World& w) { return w.step_count; },
-          [](World& w, std::uint64_t n) { w.step_count = n; },
+          [](World& w, const py::object& n) {
+            w.step_count = static_cast<std::uint64_t>(bindings::whole_number("step_count", n, 0));
+          },
           "Steps made; time = step_count * dt.")
       .def_property_readonly(
           "state_hash", [](const World& w) { return state_hash(w); },
           "64-bit hash over everything that influences the future (int).")
       .def_property(
           "keep_hashes", [](const World& w) { return w.keep_hashes; },
-          [](World& w, bool on) { w.keep_hashes = on; },
+          [](World& w, const py::object& on) { w.keep_hashes = bindings::flag("keep_hashes", on); },
           "Log the state hash of every step for `drain_hashes`.")
       .def(
           "drain_hashes",
@@ -278,35 +199,41 @@ void define_world(py::module_& m) {
       .def_property_readonly(
           "positions",
           [](const World& w) {
-            return per_body<3>(w, [](const Body& b, double* p) { put(p, b.pose().position); });
+            return read_only(
+                per_body<3>(w, [](const Body& b, double* p) { put(p, b.pose().position); }));
           },
-          "(N, 3) m, origin of each body frame, world axes.")
+          "(N, 3) m, origin of each body frame, world axes. A copy, not to be written to: set "
+          "`body.position`.")
       .def_property_readonly(
           "com_positions",
           [](const World& w) {
-            return per_body<3>(w, [](const Body& b, double* p) { put(p, b.state.x); });
+            return read_only(per_body<3>(w, [](const Body& b, double* p) { put(p, b.state.x); }));
           },
-          "(N, 3) m, centre of mass of each body.")
+          "(N, 3) m, centre of mass of each body. Not to be written to.")
       .def_property_readonly(
           "orientations",
           [](const World& w) {
-            return per_body<4>(w, [](const Body& b, double* p) {
+            return read_only(per_body<4>(w, [](const Body& b, double* p) {
               for (int i = 0; i < 4; ++i) p[i] = b.state.q.coeffs()[i];
-            });
+            }));
           },
-          "(N, 4) unit quaternions x y z w, body to world.")
+          "(N, 4) unit quaternions x y z w, body to world. Not to be written to: set "
+          "`body.orientation`.")
       .def_property_readonly(
           "linear_velocities",
           [](const World& w) {
-            return per_body<3>(w, [](const Body& b, double* p) { put(p, b.linear_velocity()); });
+            return read_only(
+                per_body<3>(w, [](const Body& b, double* p) { put(p, b.linear_velocity()); }));
           },
-          "(N, 3) m/s, of the centres of mass, world axes.")
+          "(N, 3) m/s, of the centres of mass, world axes. Not to be written to: set "
+          "`body.linear_velocity`.")
       .def_property_readonly(
           "angular_velocities",
           [](const World& w) {
-            return per_body<3>(w, [](const Body& b, double* p) { put(p, b.angular_velocity()); });
+            return read_only(
+                per_body<3>(w, [](const Body& b, double* p) { put(p, b.angular_velocity()); }));
           },
-          "(N, 3) rad/s, world axes.")
+          "(N, 3) rad/s, world axes. Not to be written to: set `body.angular_velocity`.")
       .def_property_readonly(
           "contact_wrenches",
           [](const World& w) {
@@ -334,7 +261,9 @@ void define_world(py::module_& m) {
           "since the last call.")
       .def_property(
           "keep_pair_impulses", [](const World& w) { return w.keep_pair_impulses; },
-          [](World& w, bool on) { w.keep_pair_impulses = on; },
+          [](World& w, const py::object& on) {
+            w.keep_pair_impulses = bindings::flag("keep_pair_impulses", on);
+          },
           "Sum up what each pair of bodies does to each other for `drain_pair_impulses`.")
       .def("drain_pair_impulses", &drain_pair_impulses,
            "(rows (M, 2) int32 of bodies A and B, sums (M, 9)) since the last call, ordered by "
@@ -377,14 +306,20 @@ void define_world(py::module_& m) {
             return to_array(l);
           },
           "(3,) kg m^2/s, about the world origin, of the dynamic bodies.")
-      .def("_position",
-           [](const World& w, int i) { return to_array(w.bodies.at(i).pose().position); })
-      .def("_com_position", [](const World& w, int i) { return to_array(w.bodies.at(i).state.x); })
-      .def("_orientation", [](const World& w, int i) { return to_array(w.bodies.at(i).state.q); })
+      .def("_position", [](const World& w,
+                           int i) { return read_only(to_array(w.bodies.at(i).pose().position)); })
+      .def("_com_position",
+           [](const World& w, int i) { return read_only(to_array(w.bodies.at(i).state.x)); })
+      .def("_orientation",
+           [](const World& w, int i) { return read_only(to_array(w.bodies.at(i).state.q)); })
       .def("_linear_velocity",
-           [](const World& w, int i) { return to_array(w.bodies.at(i).linear_velocity()); })
+           [](const World& w, int i) {
+             return read_only(to_array(w.bodies.at(i).linear_velocity()));
+           })
       .def("_angular_velocity",
-           [](const World& w, int i) { return to_array(w.bodies.at(i).angular_velocity()); })
+           [](const World& w, int i) {
+             return read_only(to_array(w.bodies.at(i).angular_velocity()));
+           })
       .def("_contact_wrench",
            [](const World& w, int i) {
              py::array_t<double> out({2, 3});
@@ -394,22 +329,21 @@ void define_world(py::module_& m) {
            })
       .def("_set_pose",
            [](World& w, int i, const InputArray& position, const InputArray& orientation) {
-             Body& b = w.bodies.at(i);
-             const Vec3 v = b.linear_velocity();
-             const Vec3 omega = b.angular_velocity();
-             b.set_pose({to_vec3(position), normalized(to_quat(orientation))});
-             b.set_linear_velocity(v);
-             b.set_angular_velocity(omega);
+             const Pose pose{to_vec3(position), normalized(to_quat(orientation))};
+             change_state(w.bodies.at(i), "position", position,
+                          [&](Body& b) { bindings::set_pose(b, pose); });
              w.geometry_dirty = true;
            })
       .def("_set_linear_velocity",
            [](World& w, int i, const InputArray& v) {
-             w.bodies.at(i).set_linear_velocity(to_vec3(v));
+             change_state(w.bodies.at(i), "linear_velocity", v,
+                          [&](Body& b) { b.set_linear_velocity(to_vec3(v)); });
              w.geometry_dirty = true;
            })
       .def("_set_angular_velocity",
            [](World& w, int i, const InputArray& v) {
-             w.bodies.at(i).set_angular_velocity(to_vec3(v));
+             change_state(w.bodies.at(i), "angular_velocity", v,
+                          [&](Body& b) { b.set_angular_velocity(to_vec3(v)); });
              w.geometry_dirty = true;
            })
       .def("_set_target",
@@ -417,41 +351,6 @@ void define_world(py::module_& m) {
               bool stop) {
              w.bodies.at(i).target = Pose{to_vec3(position), normalized(to_quat(orientation))};
              w.bodies.at(i).stop_after_target = stop;
-             w.geometry_dirty = true;
-           })
-      .def("_apply_wrench",
-           [](World& w, int i, int source, const InputArray& force, const InputArray& torque,
-              const std::optional<InputArray>& point, bool body_frame, double duration) {
-             Body& b = w.bodies.at(i);
-             AppliedWrench a;
-             a.source = source;
-             a.frame = body_frame ? WrenchFrame::BODY : WrenchFrame::WORLD;
-             a.force = to_vec3(force);
-             a.torque = to_vec3(torque);
-             a.at_center = !point.has_value();
-             if (point)
-               a.point = body_frame ? to_vec3(*point) : b.pose().apply_inverse(to_vec3(*point));
-             a.remaining = duration;
-             hold(b, a);
-           })
-      .def("_apply_wrenches", &apply_wrenches)
-      .def(
-          "_clear_wrenches",
-          [](World& w, int i, int source) {
-            const std::size_t ended = std::erase_if(
-                w.bodies.at(i).wrenches,
-                [source](const AppliedWrench& x) { return source < 0 || x.source == source; });
-            if (ended > 0) w.bodies.at(i).wake();
-          },
-          py::arg("row"), py::arg("source") = -1)
-      .def("_apply_impulse",
-           [](World& w, int i, const InputArray& impulse, const std::optional<InputArray>& point) {
-             Body& b = w.bodies.at(i);
-             const Vec3 j = to_vec3(impulse);
-             b.wake();
-             b.state.p += j;
-             if (point && !b.inertia.inv_body.isZero(0.0))
-               b.state.L += (to_vec3(*point) - b.state.x).cross(j);
              w.geometry_dirty = true;
            })
       .def("_set_material",
@@ -465,8 +364,8 @@ void define_world(py::module_& m) {
       .def("_mass_properties",
            [](const World& w, int i) {
              const Body& b = w.bodies.at(i);
-             return py::make_tuple(b.inertia.mass, to_array(b.center_of_mass),
-                                   to_array(b.inertia.body));
+             return py::make_tuple(b.inertia.mass, read_only(to_array(b.center_of_mass)),
+                                   read_only(to_array(b.inertia.body)));
            })
       .def("_detect", &detect_contacts);
 }

@@ -12,6 +12,7 @@ void define_queries(py::module_& m);
 void define_broad_phase(py::module_& m);
 void define_solver(py::module_& m);
 void define_contact_row(py::module_& m);
+void define_settings(py::module_& m);
 void define_world(py::module_& m);
 void define_batch(py::module_& m);
 }  // namespace rb
@@ -26,6 +27,7 @@ PYBIND11_MODULE(_core, m) {
   rb::define_broad_phase(m);
   rb::define_solver(m);
   rb::define_contact_row(m);
+  rb::define_settings(m);
   rb::define_world(m);
   rb::define_batch(m);
   rb::define_motion_queries(m);

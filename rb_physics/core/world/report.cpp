@@ -10,14 +10,6 @@
 namespace rb {
 namespace {
 
-// Squares of it must not overflow either.
-bool finite(const RigidState& s) {
-  constexpr double greatest = 1e120;
-  const auto small = [](const Vec3& v) { return v.cwiseAbs().maxCoeff() <= greatest; };
-  return s.x.allFinite() && s.q.coeffs().allFinite() && s.p.allFinite() && s.L.allFinite() &&
-         small(s.x) && small(s.p) && small(s.L);
-}
-
 // Adds a contact's impulse to the sum of its two bodies.
 void add_to_pair(std::vector<PairImpulse>& sums, const Contact& c) {
   const auto before = [](const PairImpulse& p, const Contact& contact) {
@@ -36,6 +28,21 @@ void add_to_pair(std::vector<PairImpulse>& sums, const Contact& c) {
 
 }  // namespace
 
+// Far below where squares overflow: broad and narrow phase work with products of these.
+bool within_numbers(const Body& body, double h) {
+  constexpr double greatest = 1e30;            // m, m/s, rad/s; m in a step
+  constexpr double greatest_momentum = 1e120;  // N s, N m s
+  const auto most = [](const Vec3& v) { return v.cwiseAbs().maxCoeff(); };
+  const RigidState& s = body.state;
+  const double speed = most(body.linear_velocity());
+  const double spin =
+      body.is_dynamic() ? most(s.L) * body.inertia.inv_body.diagonal().maxCoeff() : most(body.spin);
+  return s.x.allFinite() && s.q.coeffs().allFinite() && s.p.allFinite() && s.L.allFinite() &&
+         most(s.x) <= greatest && most(s.p) <= greatest_momentum &&
+         most(s.L) <= greatest_momentum && speed <= greatest && h * speed <= greatest &&
+         spin <= greatest && (!body.target || most(body.target->position) <= greatest);
+}
+
 void classify_contacts(World& world) {
   for (Contact& c : world.contacts) {
     const Vec3 point = 0.5 * (c.point.point_a + c.point.point_b);
@@ -47,7 +54,7 @@ void classify_contacts(World& world) {
 
 void require_finite(World& world) {
   for (std::size_t row = 0; row < world.bodies.size(); ++row) {
-    if (finite(world.bodies[row].state)) continue;
+    if (within_numbers(world.bodies[row], world.settings.dt)) continue;
     for (std::size_t k = 0; k < world.bodies.size(); ++k)
       world.bodies[k].state = world.last_good[k];
     world.contacts.clear();

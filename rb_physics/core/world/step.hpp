@@ -19,6 +19,8 @@ void move_kinematics(World& world);
 
 // world/report.cpp
 void classify_contacts(World& world);
+// Position, velocities and target are finite and so small that products of them are.
+bool within_numbers(const Body& body, double h);
 void require_finite(World& world);  // throws Diverged, with the last good state in place
 void finish_step(World& world);
 

@@ -48,6 +48,9 @@ void begin_step(World& world) {
     world.last_good.push_back(body.state);
     body.contact_impulse = body.contact_moment = Vec3::Zero();
     world.applied[row] = Wrench{};
+    // What was set from outside and would leave the numbers: said before anything moves.
+    if (world.geometry_dirty && !within_numbers(body, h))
+      throw Diverged(world.step_count, static_cast<std::int32_t>(row));
     if (body.type == BodyType::KINEMATIC) {
       if (body.target || !body.velocity.isZero(0.0) || !body.spin.isZero(0.0)) body.wake();
       aim_at_target(body, h);
@@ -56,10 +59,12 @@ void begin_step(World& world) {
     if (body.asleep && (!body.state.p.isZero(0.0) || !body.state.L.isZero(0.0) || ends(body, h)))
       body.wake();
     world.applied[row] = external_wrench(world, body);
-    // A wrench that would carry the state out of the numbers: said before anything moves.
+    // Likewise a wrench that would carry the state there.
     const Wrench& w = world.applied[row];
-    constexpr double greatest = 1e120;  // N, N m: squares of it must not overflow either
-    if (!(w.force.cwiseAbs().maxCoeff() <= greatest &&
+    constexpr double greatest = 1e120;     // N, N m: squares of it must not overflow either
+    constexpr double greatest_way = 1e30;  // m in the step
+    const double force = w.force.cwiseAbs().maxCoeff();
+    if (!(force <= greatest && h * h * body.inertia.inv_mass * force <= greatest_way &&
           w.torque.cwiseAbs().maxCoeff() <= greatest)) {
       throw Diverged(world.step_count, static_cast<std::int32_t>(row));
     }
