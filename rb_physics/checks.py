@@ -44,8 +44,10 @@ def real_numbers(value: Any) -> Array | None:
         array = np.asarray(value)
         if array.dtype.kind not in "iufO":
             return None
-        with np.errstate(over="ignore"):
-            return array.astype(np.float64)
+        if array.dtype.itemsize > 8:  # long doubles overflow
+            with np.errstate(over="ignore"):
+                return array.astype(np.float64)
+        return array.astype(np.float64)
     except (TypeError, ValueError, OverflowError):
         return None
 
@@ -53,7 +55,8 @@ def real_numbers(value: Any) -> Array | None:
 def vector(body: str | None, field: str, value: Any, size: int = 3, unit: str = "") -> Array:
     """``size`` finite numbers."""
     array = real_numbers(value)
-    if array is None or array.shape != (size,) or not np.isfinite(array).all():
+    # For a few numbers quicker than numpy's own test.
+    if array is None or array.shape != (size,) or not all(map(math.isfinite, array.tolist())):
         words = f"{size} finite numbers" + (f" ({unit})" if unit else "")
         raise SceneError.about(body, field, value, words)
     return array

@@ -22,7 +22,7 @@ class Settings:
 
     Attributes:
         gravity: (3,) m/s², world axes.
-        dt: s, ≥ 1e-12.
+        dt: s, > 0.
         stepper: "fixed" (constant dt) or "event" (from contact time to contact time).
         impact_law: "sequential", "simultaneous" or "reflections" (S12 to S14).
         threads: worker threads, 1 to 1024; the result does not depend on it.
@@ -66,8 +66,8 @@ class Settings:
             raise SceneError.about(None, "gravity", self.gravity, "three finite numbers (m/s²)")
         put("gravity", tuple(gravity.tolist()))
         put("dt", checks.number(None, "dt", self.dt, 0.0, above=True, unit="s"))
-        if self.dt < 1e-12:  # impulses over it would overflow
-            raise SceneError.about(None, "dt", self.dt, "at least 1e-12 s")
+        if self.dt < 1e-100:  # impulses over it would overflow
+            raise SceneError.about(None, "dt", self.dt, "at least 1e-100 s")
         tolerance = checks.number(None, "tolerance", self.tolerance)
         if not 0.0 < tolerance < 1.0:
             raise SceneError.about(None, "tolerance", self.tolerance, "a number between 0 and 1")
