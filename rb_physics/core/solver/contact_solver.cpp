@@ -20,6 +20,7 @@ constexpr std::size_t kLarge = 64;   // contacts: more of them end where roundin
 constexpr double kCentral = 1e-5;    // where the interior-point method hands over to Newton
 constexpr int kMostCentral = 30;     // its steps
 constexpr double kSoftness = 1e-8;
+constexpr double kTouchUp = 1e-9;  // a start below it is mostly one Newton step away
 
 struct Solve {
   const ContactProblem& problem;
@@ -85,6 +86,8 @@ struct Solve {
 
   bool accept_warm_start() {
     const ContactResidual r = measure();
+    report.start_residual = r.natural_map;
+    report.typical_velocity = r.typical_velocity;
     if (!(r.natural_map <= std::max(settings.warm_tolerance, floor))) return false;
     if (r.typical_velocity == 0.0) return report.minimum_norm = true;
     if (release_sliding(r.typical_velocity)) return false;
@@ -113,8 +116,9 @@ struct Solve {
     }
   }
 
-  void newton(int attempt, double softness = kSoftness) {
+  void newton(int attempt, double softness = kSoftness, int most_outer = 30) {
     ConeNewtonOptions options;
+    options.max_outer = most_outer;
     options.softness = softness;
     options.tolerance = target;
     if (large()) {
@@ -150,12 +154,16 @@ struct Solve {
   void solve_direct() {
     if (!(report.residual <= kGoodStart)) sweep(kFirstSweeps);
     measure();
-    const auto reached = [&](int attempt) {  // the first one goes on to what a warm start must be
-      const double goal = std::min(target, std::max(settings.warm_tolerance, floor));
+    const auto reached = [&](int attempt) {  // the first one goes on to rounding
+      const double goal = std::min(target, std::max(settings.newton_goal, floor));
       return report.residual <= (attempt == 0 ? goal : target);
     };
     // The interior-point method knows no moments; and between nearly opposite normals, where few
     // contacts jam, the centre of the answers lies at infinity.
+    if (report.residual <= kTouchUp && !reached(0)) {
+      newton(0, kSoftness, 1);
+      measure();
+    }
     bool central = !io.moment.empty() || !large();
     for (int k = 0; k < settings.newton_attempts && !reached(k) && !out_of_work(); ++k) {
       // What is left is the rounding of an ill-conditioned island: no use to insist.
@@ -242,6 +250,7 @@ struct Solve {
   }
 
   void least_impulses(const ContactResidual& r) {
+    ws.certificate = io.certificate;
     io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
     if (!settings.minimum_norm || problem.contacts.size() == 1) {
       report.minimum_norm = problem.contacts.size() == 1;
@@ -253,9 +262,10 @@ struct Solve {
     ws.saved_impulse = io.impulse;
     ws.saved_moment = io.moment;
     const int steps = minimum_norm(problem, ws.cones, kSoftness * least_inverse_mass(), ws.space,
-                                   ws.minimum_norm, io.impulse, io.moment, io.certificate);
+                                   ws.minimum_norm, io.impulse, io.moment, ws.certificate);
     report.newton_steps += std::abs(steps);
     if (steps > 0) {
+      io.certificate = ws.certificate;
       const double before = r.natural_map;
       if (measure().natural_map <= std::max(4.0 * before, target)) {
         report.minimum_norm = true;

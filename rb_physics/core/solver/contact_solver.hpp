@@ -35,6 +35,7 @@ struct SolverWorkspace {
   SlidingLoadWorkspace sliding_load;
   std::vector<Vec6> v;
   std::vector<Vec3> saved_impulse, saved_moment, direction;
+  std::vector<Vec6> certificate;
 };
 
 // `io` in: warm start (impulse of size nc, or empty), certificate if known; out: the answer.

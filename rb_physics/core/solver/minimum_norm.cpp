@@ -8,6 +8,8 @@
 namespace rb {
 namespace {
 
+constexpr double kNear = 1e-3;  // a certificate that leaves no more of the target is a start
+
 // J_i y as a reaction (no bias).
 Reaction contact_components(const ContactConstraint& c, const FrictionCone& cone,
                             const std::vector<Vec6>& y) {
@@ -23,10 +25,9 @@ struct Newton {
   BodySpace& space;
   MinimumNormWorkspace& ws;
 
-  // ws.dz := target - B^T J^T P_F(J B z); returns its norm.
+  // ws.dz := target - B^T J^T P_F(J y); returns its norm.
   double evaluate() {
-    space.scale(ws.z, ws.y);
-    ws.wrench.assign(ws.z.size(), Vec6::Zero());
+    ws.wrench.assign(ws.y.size(), Vec6::Zero());
     for (std::size_t i = 0; i < cones.size(); ++i) {
       ws.argument[i] = contact_components(problem.contacts[i], cones[i], ws.y);
       ws.reaction[i] = project_on_face(cones[i], ws.faces[i], ws.argument[i], &ws.d[i]);
@@ -53,12 +54,34 @@ struct Newton {
     return s;
   }
 
+  // y = 0. There every P_F is at its apex, where the Jacobian says nothing: that inside K instead.
+  void start() {
+    ws.y.assign(problem.inv_mass.size(), Vec6::Zero());
+    for (std::size_t i = 0; i < cones.size(); ++i) {
+      const ConeFace& face = ws.faces[i];
+      ws.argument[i] = {};
+      ws.d[i].ff.setZero();
+      ws.d[i].fm.setZero();
+      ws.d[i].mf.setZero();
+      ws.d[i].mm.setZero();
+      if (face.open) continue;
+      ws.d[i].ff.setIdentity();
+      ws.d[i].mm.setIdentity();
+      if (face.slides || cones[i].slide == 0.0) {
+        const double mu = cones[i].slide;
+        const Vec3 ray(1.0, -mu * face.slide_direction[0], -mu * face.slide_direction[1]);
+        ws.d[i].ff = ray * ray.transpose() / (1.0 + mu * mu);
+      }
+    }
+    ws.dz = ws.target;
+  }
+
   double line_search() {
     double target_step = 0.0;
     for (std::size_t i = 0; i < ws.dz.size(); ++i) target_step += ws.target[i].dot(ws.dz[i]);
-    space.scale(ws.dz, ws.y);
+    space.scale(ws.dz, ws.y_step);
     for (std::size_t i = 0; i < cones.size(); ++i) {
-      ws.argument_step[i] = contact_components(problem.contacts[i], cones[i], ws.y);
+      ws.argument_step[i] = contact_components(problem.contacts[i], cones[i], ws.y_step);
     }
     const double at_zero = slope(0.0, target_step);
     double high = 1.0;
@@ -151,30 +174,16 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
   double scale = 0.0;
   for (const Vec6& t : ws.target) scale += t.squaredNorm();
   scale = std::sqrt(scale);
-  ws.z.assign(nb, Vec6::Zero());
-  ws.y.assign(nb, Vec6::Zero());
   Newton newton{problem, cones, space, ws};
-  for (std::size_t i = 0; i < nc; ++i) {  // the first line search starts from z = 0
-    ws.argument[i] = contact_components(problem.contacts[i], cones[i], ws.y);
-  }
-  // At z = 0 every P_F is at its apex, where the Jacobian says nothing: start inside K instead.
-  for (std::size_t i = 0; i < nc; ++i) {
-    ConeFace& face = ws.faces[i];
-    ws.d[i].ff.setZero();
-    ws.d[i].fm.setZero();
-    ws.d[i].mf.setZero();
-    ws.d[i].mm.setZero();
-    if (face.open) continue;
-    ws.d[i].ff.setIdentity();
-    ws.d[i].mm.setIdentity();
-    if (face.slides || cones[i].slide == 0.0) {
-      const double mu = cones[i].slide;
-      const Vec3 ray(1.0, -mu * face.slide_direction[0], -mu * face.slide_direction[1]);
-      ws.d[i].ff = ray * ray.transpose() / (1.0 + mu * mu);
-    }
-  }
-  ws.dz = ws.target;
   double norm = scale;
+  if (certificate.size() == nb) {
+    ws.y = certificate;
+    norm = newton.evaluate();
+  }
+  if (!(norm <= kNear * scale)) {
+    norm = scale;
+    newton.start();
+  }
   int steps = 0;
   constexpr int kMaxSteps = 12;  // it converges in 2 to 8 or not at all
   while (steps < kMaxSteps) {
@@ -182,7 +191,7 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
     for (Vec6& x : ws.dz) x /= eps;
     space.solve(ws.dz);
     const double step = newton.line_search();
-    for (std::size_t i = 0; i < nb; ++i) ws.z[i] += step * ws.dz[i];
+    for (std::size_t i = 0; i < nb; ++i) ws.y[i] += step * ws.y_step[i];
     const double next = newton.evaluate();
     ++steps;
     if (next <= 4e-16 * scale) {
@@ -200,7 +209,7 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
     impulse[i] = ws.reaction[i].force;
     if (cones[i].has_moment()) moment[i] = cones[i].length * ws.reaction[i].moment;
   }
-  space.scale(ws.z, certificate);
+  certificate = ws.y;
   return steps;
 }
 

@@ -19,7 +19,7 @@ struct MinimumNormWorkspace {
   std::vector<ConeFace> faces;
   std::vector<Reaction> argument, argument_step, reaction;
   std::vector<ReactionDerivative> d;
-  std::vector<Vec6> target, z, dz, y, wrench;
+  std::vector<Vec6> target, dz, y, y_step, wrench;
 };
 
 // Faces left by the slip of v; slips below `threshold` (m/s) count as zero.
@@ -32,7 +32,8 @@ bool is_minimum_norm(const ContactProblem& problem, const std::vector<FrictionCo
                      const std::vector<Vec3>& moment, const std::vector<Vec6>& certificate,
                      double tolerance);
 
-// Replaces impulse and moment by the least ones on ws.faces and writes the certificate. Returns the
+// Replaces impulse and moment by the least ones on ws.faces and writes the certificate, from whose
+// old value it starts if that is near: another start leads to the same end. Returns the
 // number of Newton steps, negative (nothing changed) if it did not converge. `eps` as in
 // cone_newton, so that its last factorisation serves again where nothing slides.
 int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>& cones, double eps,

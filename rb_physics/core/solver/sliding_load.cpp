@@ -40,6 +40,7 @@ double even_sliding_load(const ContactProblem& problem, const std::vector<Fricti
     }
     face.slides = face.spins = face.rolls = false;
   }
+  own.certificate.clear();
   const int steps =
       minimum_norm(problem, held, eps, space, ws, free_impulse, free_moment, own.certificate);
   ws.faces = faces;

@@ -10,6 +10,7 @@ namespace rb {
 struct SolverSettings {
   double tolerance = tolerance::direct_residual;  // relative natural-map residual to reach
   double warm_tolerance = 1e-12;  // a warm start at or below it, with minimum norm, is the answer
+  double newton_goal = 1e-14;     // where the first Newton attempt ends, if rounding allows
   bool minimum_norm = true;       // of all impulses that solve the problem, find the least
   // Bound on the work of one solve in units of one sweep over one contact (about 0.1 us); 0: none.
   // When it bites, the result says so (converged = false, the residual reached).
@@ -24,8 +25,10 @@ struct SolverSettings {
 };
 
 struct SolveReport {
-  double residual = 0.0;  // natural map, relative (residual.hpp)
-  int sweeps = 0;         // Gauss-Seidel sweeps or iterations of the accelerated method
+  double residual = 0.0;          // natural map, relative (residual.hpp)
+  double start_residual = 0.0;    // that of the warm start
+  double typical_velocity = 0.0;  // m/s, what it was relative to
+  int sweeps = 0;                 // Gauss-Seidel sweeps or iterations of the accelerated method
   int newton_steps = 0;
   int factorizations = 0;
   bool converged = false;     // residual <= tolerance (or the rounding floor of the problem)

@@ -136,9 +136,10 @@ void IslandAdvance::add_impulse(Contact& c, const ContactConstraint& k, const Ve
 SolverSettings IslandAdvance::solver_settings() const {
   SolverSettings settings;
   settings.tolerance = world_.settings.tolerance;
-  // Last step's forces leave what they were asked to stop in it: they serve again only when that
-  // was next to nothing, else a stack hums between two answers.
-  settings.warm_tolerance = 0.1 * settings.tolerance;
+  // Last step's forces serve again as long as they leave next to nothing: a stack under constant
+  // forces is an inverted pendulum, what they leave grows.
+  settings.warm_tolerance = settings.tolerance;
+  settings.newton_goal = 0.1 * settings.tolerance;
   settings.max_work = world_.settings.max_work;
   settings.enough = 1e-9;                                   // a tenth of what any island may report
   settings.newton_attempts = active_.size() <= 64 ? 8 : 4;  // a jam of few contacts is worth it
@@ -247,6 +248,7 @@ void IslandAdvance::carry(double tau, bool far_too) {
     }
   }
   slip_before_.clear();
+  double drift = 0.0;  // m/s
   for (std::size_t n = 0; n < active_.size(); ++n) {
     const Contact& contact = contacts[active_[n]];
     ContactConstraint& c = problem.contacts[n];
@@ -255,7 +257,9 @@ void IslandAdvance::carry(double tau, bool far_too) {
                                     place_of(world_.bodies, contact).point);
     slip_before_.push_back(u);
     // A contact that slides already has no static friction to overcome.
-    if (u.tail<2>().norm() > stick_speed()) c.static_friction = 0.0;
+    const bool slides = u.tail<2>().norm() > stick_speed();
+    if (slides) c.static_friction = 0.0;
+    if (contact.touching()) drift = std::fmax(drift, slides ? std::abs(u.x()) : u.norm());
   }
   // The velocities the problem constrains are those at the end of the interval, free of contact
   // forces.
@@ -280,11 +284,45 @@ void IslandAdvance::carry(double tau, bool far_too) {
   solution.certificate.resize(rows_.size());
   for (std::size_t k = 0; k < rows_.size(); ++k)
     solution.certificate[k] = tau * world_.bodies[rows_[k]].certificate;
-  const SolveReport report = solve_contacts(problem, solver_settings(), solution, work.solver);
+  const SolverSettings settings = solver_settings();
+  const SolveReport report = solve_contacts(problem, settings, solution, work.solver);
   stats.residual = std::fmax(stats.residual, report.residual);
   stats.iterations += report.sweeps + report.newton_steps;
   if (report.work_exhausted) ++stats.capped;
-  // The next solve, of another tau or the next step, starts from here.
+  add_forces(tau);
+  if (report.warm_accepted) return;
+  work.steady = solution;  // always, so that later steps need no memory
+  constexpr double small = 1e-9;  // relative: the forces are last step's but for what drifted
+  if (report.start_residual <= small && drift > settings.newton_goal * report.typical_velocity) {
+    without_drift(tau);
+  } else {
+    remember_forces(tau, solution);
+  }
+}
+
+// The forces of now also stop what earlier ones have left: the next step would hum with them. It
+// starts from the answer for contacts that were at rest before.
+void IslandAdvance::without_drift(double tau) {
+  IslandWorkspace& work = work_;
+  const auto shift_bias = [&](double sign) {
+    for (std::size_t n = 0; n < active_.size(); ++n) {
+      if (!contacts[active_[n]].touching()) continue;
+      const Vec3& u = slip_before_[n];
+      const bool slides = u.tail<2>().norm() > stick_speed();
+      work.problem.contacts[n].bias += sign * (slides ? Vec3(u.x(), 0.0, 0.0) : u);
+    }
+  };
+  shift_bias(-1.0);
+  SolverSettings settings = solver_settings();
+  settings.warm_tolerance = 0.1 * settings.newton_goal;
+  const SolveReport report = solve_contacts(work.problem, settings, work.steady, work.solver);
+  shift_bias(1.0);
+  stats.iterations += report.sweeps + report.newton_steps;
+  remember_forces(tau, work.steady);
+}
+
+// The next solve, of another tau or the next step, starts from here.
+void IslandAdvance::remember_forces(double tau, const ContactSolution& solution) {
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     world_.bodies[rows_[k]].certificate =
         solution.certificate.empty() ? Vec6::Zero() : Vec6(solution.certificate[k] / tau);
@@ -293,6 +331,13 @@ void IslandAdvance::carry(double tau, bool far_too) {
     Contact& contact = contacts[active_[n]];
     contact.warm_force = solution.impulse[n] / tau;
     if (!solution.moment.empty()) contact.warm_moment = solution.moment[n] / tau;
+  }
+}
+
+void IslandAdvance::add_forces(double tau) {
+  const ContactProblem& problem = work_.problem;
+  const ContactSolution& solution = work_.solution;
+  for (std::size_t n = 0; n < active_.size(); ++n) {
     const ContactConstraint& c = problem.contacts[n];
     const Vec3 force = c.frame.transpose() * (solution.impulse[n] / tau);
     Vec3 moment = Vec3::Zero();

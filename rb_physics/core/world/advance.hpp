@@ -49,6 +49,9 @@ class IslandAdvance {
   // Forces over the next tau seconds: resting and sliding contacts (S16 in velocities). Fills
   // `total_`. far_too: contacts not yet touching count as well, with the gap they may close.
   void carry(double tau, bool far_too);
+  void without_drift(double tau);
+  void remember_forces(double tau, const ContactSolution& solution);
+  void add_forces(double tau);
   // Takes the height of rebounds that are over by the end out of the displacement. Fills `shift_`.
   void settle(double tau);
   bool shift_to_end_velocities(double tau);

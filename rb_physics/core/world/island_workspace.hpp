@@ -23,6 +23,7 @@ struct ColliderPair {
 struct IslandWorkspace {
   ContactProblem problem, settle_problem;
   ContactSolution solution, settle_solution;
+  ContactSolution steady;  // without what earlier steps left (advance.cpp)
   SolverWorkspace solver;
 
   // See IslandAdvance, which names them.
