@@ -180,9 +180,8 @@ struct Solve {
     }
   }
 
-  // Large islands: sweeps accelerated by the nonsmooth nonlinear conjugate gradient method
-  // (Silcowitz, Niebe & Erleben 2010), which takes the change of one sweep for the gradient.
-  void iterate() {
+  // The same, contact by contact, for those with rolling or spinning friction.
+  void iterate_moments() {
     const std::size_t nc = problem.contacts.size();
     measure();
     ws.direction.assign(nc, Vec3::Zero());
@@ -209,6 +208,33 @@ struct Solve {
       if (last) measure();
     }
     measure();
+  }
+
+  // Large islands: wide sweeps, accelerated by the nonsmooth nonlinear conjugate gradient method
+  // (Silcowitz, Niebe & Erleben 2010), which takes the change of one sweep for the gradient.
+  void iterate() {
+    const std::size_t nc = problem.contacts.size();
+    constexpr int look = 8;  // sweeps between two measurements
+    ws.wide.load(problem, ws.cones);
+    ws.wide.set_impulses(io.impulse);
+    const auto measure_wide = [&] {
+      const WideResidual r = ws.wide.measure();
+      work += 1.0 * static_cast<double>(nc);
+      report.residual = r.natural_map;
+      target = std::max(settings.tolerance, r.floor);
+    };
+    measure_wide();
+    for (int k = 1; report.residual > target && k <= settings.max_sweeps && !out_of_work(); ++k) {
+      const bool last = k == settings.max_sweeps || k % look == 0;
+      ws.wide.accelerated_sweep(last);
+      ++report.sweeps;
+      work += static_cast<double>(nc);
+      if (last) measure_wide();
+    }
+    ws.wide.refresh();
+    ws.wide.impulses(io.impulse);
+    ws.wide.velocities(ws.v);
+    measure_wide();
   }
 
   double least_inverse_mass() const {
@@ -290,7 +316,7 @@ struct Solve {
       if (direct) {
         solve_direct();
       } else {
-        iterate();
+        io.moment.empty() ? iterate() : iterate_moments();
       }
       const ContactResidual r = measure();
       if (!out_of_work() && release_sliding(r.typical_velocity)) continue;

@@ -20,6 +20,7 @@
 #include "solver/minimum_norm.hpp"
 #include "solver/sliding_load.hpp"
 #include "solver/solver_settings.hpp"
+#include "solver/wide_contacts.hpp"
 
 namespace rb {
 
@@ -33,6 +34,7 @@ struct SolverWorkspace {
   InteriorPointWorkspace interior_point;
   MinimumNormWorkspace minimum_norm;
   SlidingLoadWorkspace sliding_load;
+  WideContacts wide;
   std::vector<Vec6> v;
   std::vector<Vec3> saved_impulse, saved_moment, direction;
   std::vector<Vec6> certificate;

@@ -1,0 +1,66 @@
+#include "solver/manifold_colours.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace rb {
+namespace {
+
+bool same_manifold(const ContactConstraint& x, const ContactConstraint& y) {
+  return x.a == y.a && x.b == y.b && (x.frame.array() == y.frame.array()).all();
+}
+
+}  // namespace
+
+void ManifoldColours::build(const ContactProblem& problem) {
+  const std::vector<ContactConstraint>& contacts = problem.contacts;
+  const auto nc = static_cast<std::int32_t>(contacts.size());
+  const auto nb = static_cast<std::int32_t>(problem.inv_mass.size());
+  found_.clear();
+  degree_.assign(nb, 0);
+  for (std::int32_t i = 0; i < nc;) {
+    PointRange m{i, 1, 0};
+    while (i + m.count < nc && m.count < kMostPoints &&
+           same_manifold(contacts[i], contacts[i + m.count])) {
+      ++m.count;
+    }
+    ++degree_[contacts[i].a];
+    if (contacts[i].b >= 0) ++degree_[contacts[i].b];
+    found_.push_back(m);
+    i += m.count;
+  }
+
+  // A body with n manifolds may see colours up to twice the greatest degree.
+  const std::int32_t most = nb > 0 ? *std::max_element(degree_.begin(), degree_.end()) : 0;
+  const std::int32_t words = (2 * most + 63) / 64;
+  taken_.assign(static_cast<std::size_t>(nb) * words, 0);
+  int colours = 0;
+  for (PointRange& m : found_) {
+    const ContactConstraint& c = contacts[m.first];
+    std::uint64_t* of_a = &taken_[static_cast<std::size_t>(c.a) * words];
+    std::uint64_t* of_b = c.b < 0 ? nullptr : &taken_[static_cast<std::size_t>(c.b) * words];
+    for (std::int32_t w = 0; w < words; ++w) {
+      const std::uint64_t taken = of_a[w] | (of_b != nullptr ? of_b[w] : 0);
+      if (taken == ~std::uint64_t{0}) continue;
+      const int bit = std::countr_one(taken);
+      of_a[w] |= std::uint64_t{1} << bit;
+      if (of_b != nullptr) of_b[w] |= std::uint64_t{1} << bit;
+      m.colour = 64 * w + bit;
+      break;
+    }
+    colours = std::max(colours, m.colour + 1);
+  }
+
+  // By colour, more points first; stable.
+  constexpr int kinds = kMostPoints + 1;
+  const auto key = [](const PointRange& m) { return m.colour * kinds + kMostPoints - m.count; };
+  word_.assign(static_cast<std::size_t>(colours) * kinds + 1, 0);
+  for (const PointRange& m : found_) ++word_[key(m) + 1];
+  for (std::size_t k = 1; k < word_.size(); ++k) word_[k] += word_[k - 1];
+  begin_.clear();
+  for (int c = 0; c <= colours; ++c) begin_.push_back(word_[static_cast<std::size_t>(c) * kinds]);
+  sorted_.resize(found_.size());
+  for (const PointRange& m : found_) sorted_[word_[key(m)]++] = m;
+}
+
+}  // namespace rb

@@ -1,0 +1,37 @@
+// Graph colouring of a contact problem: manifolds of one colour share no body that moves, so that
+// they can be solved at the same time. Greedy in index order, a function of the problem alone.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "contact/problem.hpp"
+
+namespace rb {
+
+// Consecutive contacts of one pair of bodies with one frame.
+struct PointRange {
+  std::int32_t first = 0;  // contact
+  std::int32_t count = 0;
+  std::int32_t colour = 0;
+};
+
+class ManifoldColours {
+ public:
+  static constexpr int kMostPoints = 8;  // longer runs are cut
+
+  void build(const ContactProblem& problem);
+
+  int colour_count() const { return static_cast<int>(begin_.size()) - 1; }
+  // By colour; within one, more points first, then in the order of contacts.
+  const std::vector<PointRange>& manifolds() const { return sorted_; }
+  // manifolds()[begin(c)] ... [begin(c + 1) - 1] have colour c.
+  std::int32_t begin(int colour) const { return begin_[colour]; }
+
+ private:
+  std::vector<PointRange> found_, sorted_;
+  std::vector<std::int32_t> begin_, degree_, word_;
+  std::vector<std::uint64_t> taken_;  // colours at each body, 64 a word
+};
+
+}  // namespace rb
