@@ -13,6 +13,7 @@
 namespace rb {
 namespace {
 
+constexpr std::size_t kMany = 400;   // contacts: of more it is first asked whether to factorise
 constexpr int kFirstSweeps = 5;      // find most of the active set
 constexpr int kRetrySweeps = 60;     // before another Newton attempt
 constexpr double kGoodStart = 1e-3;  // a warm start below it goes to Newton as it is
@@ -213,28 +214,31 @@ struct Solve {
   // Large islands: wide sweeps, accelerated by the nonsmooth nonlinear conjugate gradient method
   // (Silcowitz, Niebe & Erleben 2010), which takes the change of one sweep for the gradient.
   void iterate() {
-    const std::size_t nc = problem.contacts.size();
-    constexpr int look = 8;  // sweeps between two measurements
+    constexpr int look = 16;  // sweeps between two measurements
     ws.wide.load(problem, ws.cones);
     ws.wide.set_impulses(io.impulse);
+    WideResidual r;
     const auto measure_wide = [&] {
-      const WideResidual r = ws.wide.measure();
-      work += 1.0 * static_cast<double>(nc);
+      r = ws.wide.measure();
+      work += static_cast<double>(problem.contacts.size());
       report.residual = r.natural_map;
-      target = std::max(settings.tolerance, r.floor);
+      floor = r.floor;
+      target = std::max(settings.tolerance, floor);
     };
     measure_wide();
-    for (int k = 1; report.residual > target && k <= settings.max_sweeps && !out_of_work(); ++k) {
+    for (int k = 1; k <= settings.max_sweeps && !out_of_work(); ++k) {
+      if (report.residual <= std::max(target, settings.enough)) break;
       const bool last = k == settings.max_sweeps || k % look == 0;
       ws.wide.accelerated_sweep(last);
       ++report.sweeps;
-      work += static_cast<double>(nc);
+      work += static_cast<double>(problem.contacts.size());
       if (last) measure_wide();
     }
-    ws.wide.refresh();
+    if (report.work_exhausted) measure_wide();
     ws.wide.impulses(io.impulse);
     ws.wide.velocities(ws.v);
-    measure_wide();
+    if (!out_of_work() && release_sliding(r.typical_velocity)) return iterate();
+    io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
   }
 
   double least_inverse_mass() const {
@@ -306,18 +310,17 @@ struct Solve {
 
   void run() {
     start();
+    const bool many = problem.contacts.size() > kMany && io.moment.empty();
+    if (many && !ws.space.prepare(problem, settings.max_factor_work)) return iterate();
     if (accept_warm_start()) {
       report.warm_accepted = true;
       return;
     }
+    const bool direct = many || ws.space.prepare(problem, settings.max_factor_work);
+    if (!direct && io.moment.empty()) return iterate();
     local_delassus(problem, ws.cones, ws.gauss_seidel);
-    const bool direct = ws.space.prepare(problem, settings.max_factor_work);
     for (;;) {
-      if (direct) {
-        solve_direct();
-      } else {
-        io.moment.empty() ? iterate() : iterate_moments();
-      }
+      direct ? solve_direct() : iterate_moments();
       const ContactResidual r = measure();
       if (!out_of_work() && release_sliding(r.typical_velocity)) continue;
       if (direct) {

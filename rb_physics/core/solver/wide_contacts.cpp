@@ -72,6 +72,12 @@ void WideContacts::for_colours(bool backward, const Call& call) const {
 }
 
 void WideContacts::load(const ContactProblem& problem, const std::vector<FrictionCone>& cones) {
+  lay_out(problem, &cones);
+}
+
+void WideContacts::load_frictionless(const ContactProblem& problem) { lay_out(problem, nullptr); }
+
+void WideContacts::lay_out(const ContactProblem& problem, const std::vector<FrictionCone>* cones) {
   kernel_ = &wide::chosen_kernel();
   colours_.build(problem);
   const std::vector<PointRange>& manifolds = colours_.manifolds();
@@ -130,13 +136,15 @@ void WideContacts::load(const ContactProblem& problem, const std::vector<Frictio
         const std::int32_t i = manifolds[k].first + j;
         const ContactConstraint& contact = problem.contacts[i];
         const std::int32_t slot = group.slot + j;
-        double* p = points_.data() + static_cast<std::size_t>(slot) * wide::kSlotRows * kLanes + lane;
+        double* p =
+            points_.data() + static_cast<std::size_t>(slot) * wide::kSlotRows * kLanes + lane;
         put_vector(p + kLanes * wide::kArmA, contact.r_a);
         put_vector(p + kLanes * wide::kArmB, contact.r_b);
         put_vector(p + kLanes * wide::kBias, contact.bias);
-        p[kLanes * wide::kFriction] = cones[i].slide;
+        const double mu = cones == nullptr ? 0.0 : (*cones)[i].slide;
+        p[kLanes * wide::kFriction] = mu;
         p[kLanes * wide::kMass] = 1.0;
-        frictionless_ = frictionless_ && cones[i].slide == 0.0;
+        frictionless_ = frictionless_ && mu == 0.0;
         place_[i] = slot * 3 * kLanes + lane;
       }
     }
@@ -150,9 +158,16 @@ void WideContacts::refresh() {
   for_colours(false, [&](std::int32_t begin, std::int32_t end) { kernel_->apply(s, begin, end); });
 }
 
+void WideContacts::clear_impulses() {
+  std::memset(impulse_.data(), 0, impulse_.size() * sizeof(double));
+  std::copy_n(free_.data(), free_.size(), velocity_.data());
+  last_sq_ = 0.0;
+}
+
 void WideContacts::set_impulses(const std::vector<Vec3>& impulse) {
   std::memset(impulse_.data(), 0, impulse_.size() * sizeof(double));
-  for (std::size_t i = 0; i < impulse.size(); ++i) put_vector(impulse_.data() + place_[i], impulse[i]);
+  for (std::size_t i = 0; i < impulse.size(); ++i)
+    put_vector(impulse_.data() + place_[i], impulse[i]);
   refresh();
   last_sq_ = 0.0;
 }
@@ -207,10 +222,10 @@ WideResidual WideContacts::measure() const {
   wide::Measure m;
   kernel_->measure(view(), 0, static_cast<std::int32_t>(groups_.size()), 16.0 * epsilon / 1e-9, &m);
   WideResidual r;
+  r.absolute = m.worst;
   r.typical_velocity = m.typical;
   if (m.worst != 0.0) {
-    r.natural_map =
-        m.typical > 0.0 ? m.worst / m.typical : std::numeric_limits<double>::infinity();
+    r.natural_map = m.typical > 0.0 ? m.worst / m.typical : std::numeric_limits<double>::infinity();
   }
   if (m.typical > 0.0) r.floor = 16.0 * epsilon * m.operand / m.typical;
   return r;

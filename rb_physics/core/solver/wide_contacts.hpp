@@ -29,6 +29,7 @@ class WideArray {
 };
 
 struct WideResidual {
+  double absolute = 0.0;          // m/s, as the bias
   double natural_map = 0.0;       // relative, as ContactResidual
   double typical_velocity = 0.0;  // m/s
   double floor = 0.0;             // what rounding leaves of the residual
@@ -39,20 +40,24 @@ class WideContacts {
   // Lays the problem out with the coefficients of `cones`.
   void load(const ContactProblem& problem, const std::vector<FrictionCone>& cones);
 
+  void load_frictionless(const ContactProblem& problem);
+
+  void clear_impulses();
   void set_impulses(const std::vector<Vec3>& impulse);  // and the velocities they make
   void impulses(std::vector<Vec3>& impulse) const;
   void velocities(std::vector<Vec6>& v) const;
 
   void sweep(bool backward);
   WideResidual measure() const;
-  // One sweep and a step of the nonsmooth nonlinear conjugate gradient method; `restart` leaves it a
-  // plain sweep.
+  // One sweep and a step of the nonsmooth nonlinear conjugate gradient method; `restart` leaves it
+  // a plain sweep.
   void accelerated_sweep(bool restart);
   // Velocities anew from the impulses: rounding of many sweeps out.
   void refresh();
 
  private:
   wide::View view() const;
+  void lay_out(const ContactProblem& problem, const std::vector<FrictionCone>* cones);
   template <class Call>
   void for_colours(bool backward, const Call& call) const;
 

@@ -1,13 +1,13 @@
-// The inner loops of large islands, eight contacts at a time, in double precision. Compiled once per
-// instruction set (wide_kernel_*.cpp); the machine's widest is chosen at run time. Every level does
-// the same IEEE operations in the same order on the same lanes, nothing fused: same bits.
+// The inner loops of large islands, eight contacts at a time, in double precision. Compiled once
+// per instruction set (wide_kernel_*.cpp); the machine's widest is chosen at run time. Every level
+// does the same IEEE operations in the same order on the same lanes, nothing fused: same bits.
 //
-// Plain arrays only, and no template of the standard library: code compiled for a wider machine must
-// not be linked into anything else.
+// Plain arrays only, and no template of the standard library: code compiled for a wider machine
+// must not be linked into anything else.
 //
-// Layout. Contacts of one pair of bodies with one frame are a manifold. Eight manifolds that share no
-// dynamic body are a group; lane l of every number belongs to manifold l. A group has as many slots
-// as its largest manifold has points; lanes and slots left over hold zeros and do nothing.
+// Layout. Contacts of one pair of bodies with one frame are a manifold. Eight manifolds that share
+// no dynamic body are a group; lane l of every number belongs to manifold l. A group has as many
+// slots as its largest manifold has points; lanes and slots left over hold zeros and do nothing.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,8 @@ enum SlotRow {
   kCoupling = 12,  // w / W_nn
   kPlane = 14,     // W~ = W_tt - w w^T / W_nn (11 12 22)
   kPlaneInverse = 17,
-  kSlipRatio = 20,  // slip over tangential impulse of the last sweep, 1/kg: where the next one starts
+  kSlipRatio =
+      20,  // slip over tangential impulse of the last sweep, 1/kg: where the next one starts
   kSlotRows = 21
 };
 

@@ -1,6 +1,5 @@
 // The kernel for what every machine has: SSE2 on x86-64, NEON on AArch64.
 
-
 #include "solver/wide_kernel_body.hpp"
 
 namespace rb::wide {
@@ -11,4 +10,3 @@ const Kernel& kernel_base() {
 }
 
 }  // namespace rb::wide
-

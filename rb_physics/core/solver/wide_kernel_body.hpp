@@ -73,7 +73,9 @@ RB_INLINE Frame load_frame(const double* m) {
   const double* f = m + 8 * kFrame;
   return {load_vector(f), load_vector(f + 24), load_vector(f + 48)};
 }
-RB_INLINE Vector into(const Frame& f, Vector a) { return {dot(f.n, a), dot(f.t1, a), dot(f.t2, a)}; }
+RB_INLINE Vector into(const Frame& f, Vector a) {
+  return {dot(f.n, a), dot(f.t1, a), dot(f.t2, a)};
+}
 RB_INLINE Vector out_of(const Frame& f, Vector a) { return a.x * f.n + a.y * f.t1 + a.z * f.t2; }
 
 // 8 x 8, in place.

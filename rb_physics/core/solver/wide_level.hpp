@@ -1,5 +1,6 @@
-// Which instruction set the wide kernels run with: the widest the machine has, unless the environment
-// variable RB_PHYSICS_SIMD names another (base, avx2, avx512). Bits do not depend on it.
+// Which instruction set the wide kernels run with: the widest the machine has, unless the
+// environment variable RB_PHYSICS_SIMD names another (base, avx2, avx512). Bits do not depend on
+// it.
 #pragma once
 
 #include <string>

@@ -33,6 +33,7 @@ IslandAdvance::IslandAdvance(World& world, std::span<const std::int32_t> rows,
 void IslandAdvance::run(double h) {
   const Settings& settings = world_.settings;
   const bool event_stepper = settings.stepper == Stepper::EVENT;
+  if (!event_stepper && is_large_island(contacts.size())) return run_in_one_solve(h);
   // Contact times are worth their price while the island is small; a heap closes its gaps within
   // one solve. The event stepper always takes them.
   const bool by_events =
@@ -143,6 +144,12 @@ SolverSettings IslandAdvance::solver_settings() const {
   settings.max_work = world_.settings.max_work;
   settings.enough = 1e-9;                                   // a tenth of what any island may report
   settings.newton_attempts = active_.size() <= 64 ? 8 : 4;  // a jam of few contacts is worth it
+  if (is_large_island(active_.size())) {
+    const auto nc = static_cast<double>(active_.size());
+    // A factorisation must not cost more than a few sweeps, as in a tower.
+    settings.max_factor_work = std::fmin(settings.max_factor_work, 300.0 * nc);
+    settings.max_sweeps = std::clamp(static_cast<int>(6e4 / nc), 12, 150);
+  }
   return settings;
 }
 

@@ -43,6 +43,9 @@ class IslandAdvance {
   Stats stats;
 
  private:
+  void run_in_one_solve(double h);  // world/one_solve.cpp
+  bool rebounds() const;
+  void close_gaps(double h);
   // Impacts at the present instant: touching contacts that approach faster than rest explains (S13,
   // S14).
   void strike();

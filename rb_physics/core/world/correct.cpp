@@ -8,21 +8,13 @@
 #include <cmath>
 
 #include "contact/builder.hpp"
+#include "solver/separation.hpp"
 #include "world/advance.hpp"
 #include "world/detect.hpp"
 #include "world/sleep.hpp"
 
 namespace rb {
-namespace {
 
-constexpr double slack = 0.01;      // of the touch distance: rounding is left alone
-constexpr double most_turn = 10.0;  // times the overlap over the size: what a correction may turn
-constexpr int passes = 4;           // the gaps are linearised: curved ones take another look
-
-bool overlaps(const Contact& c) { return c.active() && c.point.separation < -slack * c.touch; }
-
-// The inverse inertia for turns of at most `turn` rad that leave the kinetic energy at constant L
-// as it is: none about omega x L, unless it is as good as zero.
 Mat3 harmless_inverse_inertia(const World& world, std::int32_t row, const Mat3& inverse,
                               double turn) {
   constexpr double rounding = 1e-13;  // of the energy of its rotation, or to lift it by its size
@@ -35,6 +27,19 @@ Mat3 harmless_inverse_inertia(const World& world, std::int32_t row, const Mat3& 
   if (turn * length <= rounding * energy) return inverse;
   const Mat3 keep = Mat3::Identity() - axis * axis.transpose() / (length * length);
   return keep * inverse * keep;
+}
+
+namespace {
+
+constexpr double slack = 0.01;  // of the touch distance: rounding is left alone
+constexpr int passes = 4;       // the gaps are linearised: curved ones take another look
+
+// Times the touch distance: large islands are put right once in every step (world/one_solve.cpp),
+// and what turning makes of that is left to the next one.
+constexpr double large_slack = 3e4;
+
+bool overlaps(const Contact& c, double most) {
+  return c.active() && c.point.separation < -most * c.touch;
 }
 
 // Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0.
@@ -52,7 +57,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
     deepest = std::fmax(deepest, -world.contacts[i].point.separation);
   }
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const double turn = most_turn * deepest / world.reach[rows[k]];
+    const double turn = overlap_turn(deepest, world.reach[rows[k]]);
     problem.inv_inertia[k] = harmless_inverse_inertia(world, rows[k], problem.inv_inertia[k], turn);
   }
   for (const std::int32_t i : contacts) {
@@ -63,6 +68,14 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
     c.friction = c.static_friction = c.rolling_friction = c.spinning_friction = 0.0;
     c.bias = Vec3(contact.point.separation, 0.0, 0.0);  // m, in place of m/s
     c.angular_bias.setZero();
+  }
+  if (is_large_island(problem.contacts.size())) {
+    constexpr int most_sweeps = 40;
+    separate_bodies(problem, 0.01 * deepest, most_sweeps, work.solver.wide, work.velocity_before);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      shift_body(world.bodies[rows[k]], work.velocity_before[k]);
+    }
+    return;
   }
   work.solution.impulse.assign(problem.contacts.size(), Vec3::Zero());
   work.solution.moment.clear();
@@ -84,7 +97,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
 void correct_positions(World& world) {
   for (int pass = 0; pass < passes; ++pass) {
     if (std::none_of(world.contacts.begin(), world.contacts.end(), [&](const Contact& c) {
-          return overlaps(c) && !at_rest(world, c.body_a, c.body_b);
+          return overlaps(c, slack) && !at_rest(world, c.body_a, c.body_b);
         }))
       return;
     std::vector<std::uint8_t>& movable = world.work.movable;
@@ -94,13 +107,19 @@ void correct_positions(World& world) {
     edges.clear();
     for (const Contact& c : world.contacts) edges.emplace_back(c.body_a, c.body_b);
     world.islands.build(movable, edges);
+    bool any = false;
     for (const Island& island : world.islands.all()) {
       if (sleeps(world, island)) continue;
       const auto contacts = world.islands.edges(island);
-      const bool needed = std::any_of(contacts.begin(), contacts.end(),
-                                      [&](std::int32_t i) { return overlaps(world.contacts[i]); });
-      if (needed) separate(world, island, contacts);
+      const double most = is_large_island(contacts.size()) ? large_slack : slack;
+      const bool needed = std::any_of(contacts.begin(), contacts.end(), [&](std::int32_t i) {
+        return overlaps(world.contacts[i], most);
+      });
+      if (!needed) continue;
+      separate(world, island, contacts);
+      any = true;
     }
+    if (!any) return;
     ++world.stats.corrections;
     detect_contacts(world);
   }
