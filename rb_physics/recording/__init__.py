@@ -36,7 +36,7 @@ All methods are called from the thread that steps the world.
 cdr encoders decoders   messages as bytes; definitions: their types and type hashes
 topics outputs          the topics table; the state of a world as (topic, bytes)
 geometry markers urdf   what bodies look like; palette: colours and arrow lengths
-operations              every change of a world from outside, as data
+operations              every change of a world from outside, as data; held_wrenches: what acts
 message_queue mcap_log  the bag and its writer thread; mcap_writer: one file; rosbag2: what
                         makes it a bag
 rerun_log               the view; rerun_shapes, _contacts, _applied, _plots: its entities;

@@ -7,8 +7,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from . import decoders
+from .geometry import from_json as bodies_from_json
+from .held_wrenches import HeldWrenches
 from .initial_bodies import MATERIAL
+from .log_reader import damage_told
 from .mcap_log import RecordingError
+from .operations import from_json as operation_from_json
 from .recorder import Recorder
 from .replay import Repetition, Run
 
@@ -77,6 +84,7 @@ def branch(
         world, directory, scene=scene, node_name=run.notes["node_name"], rerun=rerun,
         custom_data={"branch_of": run.log.directory.name, "branch_start": repr(start)},
         initial=run.initial, first=changes, log_start=run.first_step + first,
+        held_wrenches=_held_wrenches(run, first),
     ) as recorder:  # fmt: skip
         for wrench in wrenches:
             recorder.perform("apply_wrench", body=wrench.body, force=wrench.force,
@@ -91,6 +99,29 @@ def branch(
             if progress is not None:
                 progress(step + 1 - first, last - first, dt)
     return last - first
+
+
+def _held_wrenches(run: Run, first: int) -> str:
+    """The wrenches that act when a branch begins with step `first`, which its log doesn't tell."""
+    held, poses = HeldWrenches(), np.empty((0, 7))
+    namespace = "/" + run.notes["node_name"].strip("/") + "/"
+    names = ("bodies", "held_wrenches", "operations", "poses")
+    with damage_told(run.log):
+        for message in run.log.messages({namespace + name for name in names}):
+            kind = message.topic.removeprefix(namespace)
+            if message.step > first:
+                break
+            if kind == "poses":
+                poses = decoders.decode_pose_array(message.data)[2]
+                continue
+            text = decoders.decode_string(message.data)
+            if kind == "bodies":
+                held.set_bodies(bodies_from_json(text))
+            elif kind == "held_wrenches":
+                held.load(text)
+            elif (operation := operation_from_json(text)).step < first:
+                held.take(message.log_time, operation, poses)
+    return held.to_json((run.first_step + first) * run.dt * 1e9)
 
 
 def _changes(world: Any, repetition: Repetition) -> list[tuple[str, dict[str, Any]]]:

@@ -25,6 +25,9 @@ _WAKE = 0.01  # s between two looks into the queue; short, so that no burst hold
 # `write` gives way to the writer's thread when what was given so many flush intervals ago hasn't
 # reached the file, and for at most so many s each time.
 _BEHIND, _GIVE_WAY = 1.75, 0.5
+# A log that may drop writes what it took from the queue for so many flush intervals, then only what
+# is never dropped: so a slow disk leaves outputs behind, and not the inputs, hashes and snapshots.
+_AT_LENGTH = 0.5
 _YIELD_EVERY = 64  # messages written before other threads get a chance
 _RESERVE_CHUNKS = 4  # room for the chunks in hand, kept free on the disk beside the file's index
 # The index waits in memory for its file's end, and readers look through all of it: at this size a
@@ -219,7 +222,10 @@ class McapLog:
             taken = time.monotonic()
             try:
                 for start in range(0, len(entries), _YIELD_EVERY):
-                    self._write_entries(entries[start : start + _YIELD_EVERY])
+                    some = entries[start : start + _YIELD_EVERY]
+                    if not self._blocks and self._late(taken):
+                        some = self._essential(some)
+                    self._write_entries(some)
                     time.sleep(0)
                 if time.monotonic() - self._last_flush >= self._flush_interval:
                     self._flush()
@@ -234,6 +240,15 @@ class McapLog:
             except (OSError, ValueError) as error:
                 self._fail(self._sentence(error))
                 return
+
+    def _late(self, taken: float) -> bool:
+        return time.monotonic() - taken > _AT_LENGTH * self._flush_interval
+
+    def _essential(self, entries: list[Entry]) -> list[Entry]:
+        """What is never dropped; the rest is counted."""
+        kept = [entry for entry in entries if entry.topic in self._queue.essential]
+        self._queue.dropped += len(entries) - len(kept)
+        return kept
 
     def _write_entries(self, entries: list[Entry]) -> None:
         for topic, log_time, step, data in entries:

@@ -35,6 +35,7 @@ _OWN_TOPICS = {
     "state_hash": ("std_msgs/msg/UInt64MultiArray", Qos()),
     "snapshots": ("std_msgs/msg/UInt8MultiArray", Qos()),
     "operations": ("std_msgs/msg/String", Qos()),
+    "held_wrenches": ("std_msgs/msg/String", _LATCHED_QOS),
     "events": ("std_msgs/msg/String", Qos()),
 }
 EVENT_LEVELS = ("INFO", "WARN", "ERROR")
@@ -50,6 +51,7 @@ class Recorder:
     - ``snapshots``: ``world.save()``, at the start and every `snapshot_interval` s; the label of
       the one dimension is ``step N``;
     - ``operations``: every change of the world (see operations.py);
+    - ``held_wrenches``: what is applied already at the start (of a branch);
     - ``events``: lines for people: "LEVEL text".
 
     Steps count from the start of the recording and go on through resets. The MCAP field `sequence`
@@ -71,6 +73,7 @@ class Recorder:
         initial: bytes | None = None,
         first: Sequence[tuple[str, Mapping[str, Any]]] = (),
         log_start: int | None = None,
+        held_wrenches: str | None = None,
         **log_options: Any,
     ) -> None:
         """Args:
@@ -83,6 +86,7 @@ class Recorder:
             initial: the snapshot `reset` goes back to; None: the present state.
             first: operations (name, arguments) that are performed before the first outputs.
             log_start: steps of log time at the start; None: as many as the world has made.
+            held_wrenches: those that the world has at the start (`HeldWrenches.to_json`), for views.
             log_options: those of `McapLog` (compression, policy, split_bytes, ...).
 
         Raises RecordingError, TopicError.
@@ -135,7 +139,7 @@ class Recorder:
         self._hash_due_ns, self._hash_due_wall = 0.0, 0.0
         self._snapshot_ns = snapshot_interval * 1e9
         self._register_topics()
-        self._write_start(first)
+        self._write_start(first, held_wrenches)
 
     # -- the run ----------------------------------------------------------------------------------
 
@@ -276,12 +280,16 @@ class Recorder:
             self._ids[name] = self._log.add_topic(name, type_name, qos, essential)
             self._contents.append(content)
 
-    def _write_start(self, first: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
+    def _write_start(
+        self, first: Sequence[tuple[str, Mapping[str, Any]]], held_wrenches: str | None
+    ) -> None:
         now = self._now()
         self._write([*self._description(now), self._snapshot(now)])
         for name, arguments in first:
             self.perform(name, **arguments)
         now = self._now()
+        if held_wrenches is not None:
+            self._write([self._own("held_wrenches", now, held_wrenches)])
         outputs = self.outputs.collect(everything=True)
         self._write([self._entry(name, now, data) for name, data in outputs])
 

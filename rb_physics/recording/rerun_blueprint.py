@@ -59,8 +59,8 @@ def blueprint(
 
 def _scene_name(arrows: ForceArrows, colored: bool) -> str:
     """With what can't be read off the arrows: their scale, and what their colours mean."""
-    text = f"scene: force arrows 1 m = {1 / arrows.scale:.3g} N, above {arrows.knee:.3g} N as log"
-    return text + ("; contacts by friction used, teal 0 to red 1" if colored else "")
+    text = f"forces: 1 m = {1 / arrows.scale:.3g} N, log above {arrows.knee:.3g} N"
+    return text + ("; teal to red: friction used" if colored else "")
 
 
 def _plot(entity: str, name: str) -> Any:

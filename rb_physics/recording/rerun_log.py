@@ -20,17 +20,18 @@ from . import decoders
 from .geometry import BodyDescription, from_json
 from .mcap_log import RecordingError
 from .operations import from_json as operation_from_json
-from .palette import ForceArrows, body_colors, typical_radius
+from .palette import DYNAMIC, ForceArrows, body_colors, typical_radius
 from .rerun_applied import AppliedWrenches
 from .rerun_batch import AFTERWARDS, LIVE, Batch
 from .rerun_blueprint import BLUEPRINTS, blueprint
 from .rerun_contacts import ContactEntities
+from .rerun_events import ContactEvents, LogLines
 from .rerun_plots import Plots
 from .rerun_shapes import NAMED_BODIES, ShapeEntities
 
 _MAX_RATE = 100.0  # Hz; more is thinned out in the view, never in the bag
 _THINNED = ("poses", "contacts", "totals", "contact_wrench")
-_PLOTTED_BODIES = 12  # contact-force curves
+_PLOTTED_BODIES = len(DYNAMIC)  # contact-force curves: each in a colour of its own
 _VIEWER_PORT = 9876  # where a Rerun viewer listens unless told otherwise
 
 
@@ -107,8 +108,9 @@ class RerunLog:
         self._applied: AppliedWrenches | None = None
         self._plots: Plots | None = None
         self._last: dict[tuple[str, str | None], int] = {}  # time of the last sample
-        self._forces: dict[str, float] = {}  # N, of bodies since the last sample of contacts
-        self._touch_time = 0  # ns, of that sample
+        self._events: ContactEvents | None = None
+        self._lines = LogLines(self._rec, self._batch)
+        self._start: float = math.inf  # ns, of the first message
         self._has_blueprint = False
         self._passed_over: set[str] = set()  # bodies whose contact wrenches aren't shown
 
@@ -128,6 +130,7 @@ class RerunLog:
 
     def flush(self) -> None:
         self._samples.flush()
+        self._lines.flush()
         for part in (self._contacts, self._applied, self._plots):
             if part is not None:
                 part.flush()
@@ -145,6 +148,7 @@ class RerunLog:
 
     def _take_bodies(self, body: str | None, time_ns: int, data: bytes) -> None:
         self.flush()
+        self._start = min(self._start, time_ns)
         self._bodies = bodies = from_json(decoders.decode_string(data))
         colors = body_colors(bodies)
         self._arrows = arrows = ForceArrows.of(bodies, self._gravity)
@@ -152,7 +156,7 @@ class RerunLog:
         plotted = plotted_bodies(bodies)
         moving = [row for row, b in enumerate(bodies) if b.type != "static"]
         self._moving = moving if len(moving) <= NAMED_BODIES else []
-        self._touching: set[tuple[int, int]] | None = None
+        self._events = ContactEvents(bodies, self._lines)
         self._passed_over = {b.name for b in bodies} - wrenches_shown(bodies)
         self._shapes = None
         self._contacts = ContactEntities(self._rec, bodies, arrows, self._combine, self._batch)
@@ -182,6 +186,7 @@ class RerunLog:
 
     def _send_poses(self, index: Any, samples: list[NDArray]) -> None:
         assert self._shapes is not None
+        self._lines.flush()  # in step with what they are about
         poses = np.stack(samples)
         self._shapes.send(index, poses)
         if self._moving:
@@ -194,54 +199,33 @@ class RerunLog:
             )
 
     def _take_contacts(self, body: str | None, time_ns: int, data: bytes) -> None:
-        assert self._contacts is not None
-        points = self._contacts.add(time_ns, data)
-        if len(self._bodies) <= NAMED_BODIES:
-            self._tell_touches(
-                time_ns, set(zip(points["body_a"].tolist(), points["body_b"].tolist(), strict=True))
-            )
-
-    def _tell_touches(self, time_ns: int, touching: set[tuple[int, int]]) -> None:
-        """Log lines where bodies come to touch and part, as the samples show it."""
-        before, self._touching = self._touching, touching
-        forces, self._forces = self._forces, {}
-        seconds, self._touch_time = (time_ns - self._touch_time) * 1e-9, time_ns
-        if before is None:
-            return
-        for words, pairs in (("touches", touching - before), ("leaves", before - touching)):
-            for a, b in sorted(pairs):
-                if max(a, b) < len(self._bodies):
-                    text = f"{self._bodies[a].name} {words} {self._bodies[b].name}"
-                    self._tell(time_ns, "INFO", text)
-        seen = {row for pair in touching | before for row in pair}
-        for name, force in forces.items():
-            if self._row_of.get(name) not in seen:  # touched and gone between two samples
-                self._tell(time_ns, "INFO", f"{name} bounces: impulse {force * seconds:.3g} N s")
+        assert self._contacts is not None and self._events is not None
+        self._events.add_contacts(time_ns, self._contacts.add(time_ns, data))
 
     def _take_totals(self, body: str | None, time_ns: int, data: bytes) -> None:
         assert self._plots is not None
-        self._plots.add_totals(time_ns, data)
+        self._plots.add_totals(time_ns, data, stepped=time_ns > self._start)
 
     def _take_contact_wrench(self, body: str | None, time_ns: int, data: bytes) -> None:
-        assert self._plots is not None and body is not None
+        assert self._plots is not None and self._events is not None and body is not None
+        if time_ns <= self._start:
+            return  # the mean of no time at all
         self._plots.add_wrench(time_ns, body, data)
         if len(self._bodies) <= NAMED_BODIES:
-            force = math.hypot(*decoders.decode_wrench_stamped(data).values[:3])
-            if force > 0.0:
-                self._forces[body] = force
+            self._events.add_wrench(body, data)
 
     def _take_events(self, body: str | None, time_ns: int, data: bytes) -> None:
         level, _, text = decoders.decode_string(data).partition(" ")
-        self._tell(time_ns, level, text)
-
-    def _tell(self, time_ns: int, level: str, text: str) -> None:
-        self._rec.set_time("sim_time", duration=np.timedelta64(time_ns, "ns"))
-        self._rec.log("log", self._rr.TextLog(text, level=level))
+        self._lines.add(time_ns, level, text)
 
     def _take_operations(self, body: str | None, time_ns: int, data: bytes) -> None:
         assert self._applied is not None
         operation = operation_from_json(decoders.decode_string(data))
         self._applied.take(time_ns, operation, self._poses)
+
+    def _take_held_wrenches(self, body: str | None, time_ns: int, data: bytes) -> None:
+        assert self._applied is not None
+        self._applied.load(decoders.decode_string(data))
 
 
 def plotted_bodies(bodies: Sequence[BodyDescription]) -> list[str]:
@@ -260,7 +244,8 @@ def contents_of(topics_json: bytes, namespace: str) -> dict[str, tuple[str, str 
     and the recorder's own.
     """
     found: dict[str, tuple[str, str | None]] = {
-        namespace + name: (name, None) for name in ("bodies", "operations", "events")
+        namespace + name: (name, None)
+        for name in ("bodies", "held_wrenches", "operations", "events")
     }
     for topic in json.loads(topics_json):
         if topic["direction"] == "out" and hasattr(RerunLog, f"_take_{topic['content']}"):

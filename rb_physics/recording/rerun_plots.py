@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from . import decoders
 from .outputs import TOTALS
 from .palette import FORCE, KINEMATIC, RGBA
-from .rerun_batch import Batch
+from .rerun_batch import Batch, time_index
 
 _FLOOR = 1e-18  # residual and penetration are drawn as logarithms no smaller than that
 _SERIES: dict[str, tuple[str, RGBA]] = {
@@ -45,9 +45,12 @@ class Plots:
         style = self._rr.SeriesLines(names=name, colors=[color])
         self._rec.log(f"plots/{entity}", style, static=True)
 
-    def add_totals(self, time_ns: int, data: bytes) -> None:
-        """One message of ~/totals."""
-        self._totals.add(time_ns, data)
+    def add_totals(self, time_ns: int, data: bytes, stepped: bool = True) -> None:
+        """One message of ~/totals; before the first step it tells nothing of contacts and solver."""
+        if stepped:
+            self._totals.add(time_ns, data)
+        else:
+            self._send_energy(time_index([time_ns]), _columns([data]))
 
     def add_wrench(self, time_ns: int, body: str, data: bytes) -> None:
         """One contact wrench; passed over when the body has no curve."""
@@ -71,20 +74,24 @@ class Plots:
         self._rec.send_columns(f"plots/{entity}", indexes=[index], columns=columns)
 
     def _send_totals(self, index: Any, samples: list[bytes]) -> None:
-        table = decoders.stack_doubles(samples, _totals, stamped=False)
-        of = {name: table[:, column] for column, name in enumerate(TOTALS)}
-        curves = {
-            "energy/kinetic": of["kinetic_energy"],
-            "energy/potential": of["potential_energy"],
-            "energy/total": of["kinetic_energy"] + of["potential_energy"],
-            "contacts/points": of["contacts"],
-            "momentum/linear": np.sqrt(of["px"] ** 2 + of["py"] ** 2 + of["pz"] ** 2),
-            "momentum/angular": np.sqrt(of["Lx"] ** 2 + of["Ly"] ** 2 + of["Lz"] ** 2),
-            "solver/residual": np.log10(np.maximum(of["residual"], _FLOOR)),
-            "solver/penetration": np.log10(np.maximum(of["max_penetration"], _FLOOR)),
-        }
-        for entity, values in curves.items():
-            self._send(entity, index, values)
+        of = _columns(samples)
+        self._send_energy(index, of)
+        self._send("contacts/points", index, of["contacts"])
+        for entity, name in (("residual", "residual"), ("penetration", "max_penetration")):
+            self._send(f"solver/{entity}", index, np.log10(np.maximum(of[name], _FLOOR)))
+
+    def _send_energy(self, index: Any, of: dict[str, NDArray]) -> None:
+        self._send("energy/kinetic", index, of["kinetic_energy"])
+        self._send("energy/potential", index, of["potential_energy"])
+        self._send("energy/total", index, of["kinetic_energy"] + of["potential_energy"])
+        for entity, axes in (("linear", ("px", "py", "pz")), ("angular", ("Lx", "Ly", "Lz"))):
+            size = np.sqrt(sum(of[axis] ** 2 for axis in axes))
+            self._send(f"momentum/{entity}", index, size)
+
+
+def _columns(samples: list[bytes]) -> dict[str, NDArray]:
+    table = decoders.stack_doubles(samples, _totals, stamped=False)
+    return {name: table[:, column] for column, name in enumerate(TOTALS)}
 
 
 def _wrench(data: bytes) -> NDArray:

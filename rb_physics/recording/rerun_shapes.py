@@ -97,7 +97,7 @@ class ShapeEntities:
             else:
                 positions = _capsule_start(positions, orientations, sizes[:, 1:])
                 shape = rr.Capsules3D(radii=sizes[:, 0], lengths=2 * sizes[:, 1], **style)
-            entity = f"world/bodies/{kind}s"
+            entity = f"world/bodies/{kind}{'es' if kind == 'box' else 's'}"
             self._rec.log(entity, shape, static=True)
             self._grouped.append((entity, rows, positions, orientations))
 

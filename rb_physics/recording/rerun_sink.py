@@ -8,7 +8,12 @@ from .message_queue import Entry, MessageQueue
 from .rerun_log import RerunLog
 
 _QUEUE_BYTES = 32 * 1024 * 1024
-_ESSENTIAL = ("bodies", "operations", "events")  # what later messages can't do without
+_ESSENTIAL = (
+    "bodies",
+    "held_wrenches",
+    "operations",
+    "events",
+)  # what later messages can't do without
 
 
 class RerunSink:

@@ -101,6 +101,15 @@ def columns(path) -> dict[str, list]:
     return found
 
 
+def lines(found: dict[str, list]) -> list[str]:
+    """The text log."""
+    told = []
+    for batch in found["/log"]:
+        [name] = [n for n in batch.schema.names if n.endswith("text")]
+        told += [text for cell in batch.column(name).to_pylist() for text in cell]
+    return told
+
+
 def test_what_is_in_it(run):
     found = columns(run / "run.rrd")
     for entity in (
@@ -137,8 +146,36 @@ def test_many_bodies_share_entities(tmp_path):
             world.step()
             recorder.after_step()
     found = columns(tmp_path / "run" / "run.rrd")
-    assert {"/world/bodies/boxs", "/world/bodies/capsules", "/world/bodies/ground"} <= set(found)
+    assert {"/world/bodies/boxes", "/world/bodies/capsules", "/world/bodies/ground"} <= set(found)
     assert "/world/bodies/b1" not in found
+
+
+def test_contacts_of_many_bodies_are_told_some_by_name_and_the_rest_by_number(tmp_path):
+    """60 balls are let go 2 mm above the ground; half of them stay in the air."""
+    world = rb.World()
+    world.add_body(rb.HalfSpace(), type="static", name="ground")
+    for i in range(60):
+        height = 0.102 if i % 2 else 5.0
+        world.add_body(rb.Sphere(0.1), mass=1.0, position=(i, 0, height), name=f"b{i}")
+    with Recorder(world, tmp_path / "run", rerun="file") as recorder:
+        for step in range(60):
+            if step == 40:
+                recorder.perform("apply_impulse", body="b1", impulse=(0, 0, 3))
+            world.step()
+            recorder.after_step()
+    told = lines(columns(tmp_path / "run" / "run.rrd"))
+    landed = [line for line in told if line.endswith(" touches ground")]
+    assert len(landed) == 20 and "b1 touches ground" in landed
+    assert "and 10 more pairs: one touches the other" in told
+    assert "b1 leaves ground" in told
+
+
+def test_contact_curves_do_not_begin_with_a_zero_that_was_never_measured(run):
+    found = columns(run / "run.rrd")
+    for entity in ("/plots/contact_force/box", "/plots/contacts/points", "/plots/solver/residual"):
+        batches = [b for b in found[entity] if "sim_time" in b.schema.names]
+        times = np.concatenate([b.column("sim_time").cast("int64").to_numpy() for b in batches])
+        assert times.min() == 10_000_000, entity
 
 
 def test_existing_files_and_foreign_bags_are_refused(run, tmp_path):
@@ -207,12 +244,8 @@ def test_unknown_layout_says_what_is_known(run, tmp_path):
 
 
 def test_contacts_are_told_in_the_log(run, tmp_path):
-    batches = columns(write_rrd(run, tmp_path / "x.rrd"))["/log"]
-    lines = []
-    for batch in batches:
-        [name] = [n for n in batch.schema.names if n.endswith("text")]
-        lines += [text for cell in batch.column(name).to_pylist() for text in cell]
-    assert {"pushed", "box touches ground"} <= set(lines)
-    [bounce] = [line for line in lines if line.startswith("ball bounces")]
+    told = lines(columns(write_rrd(run, tmp_path / "x.rrd")))
+    assert {"pushed", "box touches ground"} <= set(told)
+    [bounce] = [line for line in told if line.startswith("ball bounces")]
     # Falling 0.25 m gives 2.215 m/s; with restitution 0.5 the impulse is 1.5 m v = 1.66 N s.
     assert bounce == "ball bounces: impulse 1.66 N s"

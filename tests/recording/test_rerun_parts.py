@@ -160,3 +160,51 @@ def test_view_follows_bodies_that_come_and_go(tmp_path):
     for path in (tmp_path / "run" / "run.rrd", again):
         entities = {str(chunk.entity_path) for chunk in RrdReader(str(path)).stream()}
         assert {"/world/bodies/guest", "/plots/contact_force/guest"} <= entities
+
+
+def test_a_branch_shows_the_wrenches_that_act_already_at_its_start(tmp_path):
+    """One for ever, one about to end, one that has ended, one cleared; a branch of the branch, too."""
+    from rb_physics.recording.branch import branch
+    from rb_physics.recording.replay import verify
+
+    scene = rb.Scene.from_yaml(
+        "bodies: [{name: a, mass: 1, shape: {type: sphere, radius: 0.1}, center_of_mass: [0, 0, 0.05]}]"
+    )
+    world = scene.build()
+    with Recorder(world, tmp_path / "run", scene=scene) as recorder:
+        for step in range(200):
+            for source, (at, duration) in enumerate(
+                ((10, None), (20, 0.1), (30, 0.01), (40, None))
+            ):
+                if step == at:
+                    recorder.perform("apply_wrench", body="a", force=(1, source, 0), frame="body",
+                                     point=(0, 0, 0.1), duration=duration, source=source)  # fmt: skip
+            if step == 50:
+                recorder.perform("clear_wrenches", body="a", source=3)
+            world.step()
+            recorder.after_step()
+    branch(tmp_path / "run", tmp_path / "one", 0.06, 0.16, rerun="off")
+    branch(tmp_path / "one", tmp_path / "two", 0.08, 0.16, rerun="off")
+    for name, until in (("one", 0.12), ("two", 0.12)):
+        assert verify(tmp_path / name).difference is None
+        pushed = arrows(write_rrd(tmp_path / name, tmp_path / f"{name}.rrd"))
+        times = sorted(pushed)
+        assert all(len(pushed[time]) == 2 for time in times if time <= until), pushed
+        assert all(len(pushed[time]) == 1 for time in times if time > until + 0.001), pushed
+        direction = {round(float(v[1] / v[0])) for v in pushed[times[1]]}
+        assert direction == {0, 1}
+
+
+def arrows(path) -> dict[float, list]:
+    """Vectors of the applied forces by time, s."""
+    from rerun.chunk import RrdReader
+
+    found = {}
+    for chunk in RrdReader(str(path)).stream():
+        batch = chunk.to_record_batch()
+        if str(chunk.entity_path) == "/world/applied_forces" and "sim_time" in batch.schema.names:
+            [name] = [n for n in batch.schema.names if "vectors" in n]
+            stamps = batch.column("sim_time").cast("int64").to_numpy()
+            for time, cell in zip(stamps, batch.column(name).to_pylist(), strict=True):
+                found[time * 1e-9] = cell or []
+    return found
