@@ -15,7 +15,7 @@ struct ConvexAxis {
   bool beyond = false;      // farther apart than asked about
   double separation = 0.0;  // m
   Vec3 normal;              // unit, from B to A
-  bool apart = false;       // a positive distance was found
+  bool apart = false;       // a positive distance was found, and points that far apart
   bool certain = false;     // apart, and the nearest points are exact
   Vec3 on_a, on_b;          // m, nearest points when apart
 };
@@ -49,12 +49,13 @@ class AxisSearch {
       axis.certain = axis.separation - proven <= 1e-11 * size_;
       if (!axis.certain) axis.separation = proven;
       if (axis.certain || proven > tolerance::closest_direction * size_) return axis;
-      // So near to contact that GJK ran into rounding: does EPA know a better direction?
+      // So near to contact that GJK ran into rounding: its points are none to go by. Does EPA know
+      // a better direction?
+      axis.apart = false;
       const EpaResult overlap = epa(a_, b_, Simplex{}, 1e-10 * size_);
       if (overlap.capped || -overlap.depth <= proven) return axis;
       axis.normal = overlap.normal;
       axis.separation = -overlap.depth;
-      axis.apart = false;
       return axis;
     }
     EpaResult overlap = epa(a_, b_, nearest.simplex, 1e-10 * size_);

@@ -55,6 +55,20 @@ Nearest nearest_on_triangle(const Vertices& v, int i, int j, int k) {
 
 }  // namespace
 
+Vec3 Simplex::nearest() const {
+  if (size == 3) {
+    const Vec3 normal = (vertex[1].w - vertex[0].w).cross(vertex[2].w - vertex[0].w);
+    return (normal.dot(vertex[0].w) / normal.squaredNorm()) * normal;
+  }
+  Vec3 sum = weight[0] * vertex[0].w;
+  for (int i = 1; i < size; ++i) sum += weight[i] * vertex[i].w;
+  if (size == 2) {
+    const Vec3 edge = vertex[1].w - vertex[0].w;
+    sum -= (edge.dot(sum) / edge.squaredNorm()) * edge;
+  }
+  return sum;
+}
+
 Simplex::Step Simplex::reduce_to_nearest(double distance_sq) {
   Nearest best;
   if (size == 1) {

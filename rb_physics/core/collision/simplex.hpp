@@ -27,11 +27,9 @@ struct Simplex {
     }
     return false;
   }
-  Vec3 nearest() const {
-    Vec3 sum = weight[0] * vertex[0].w;
-    for (int i = 1; i < size; ++i) sum += weight[i] * vertex[i].w;
-    return sum;
-  }
+  // Its direction is right to rounding however near the origin a large simplex passes: that of a
+  // triangle's normal, or across an edge.
+  Vec3 nearest() const;
   Vec3 nearest_on_a() const {
     Vec3 sum = weight[0] * vertex[0].a;
     for (int i = 1; i < size; ++i) sum += weight[i] * vertex[i].a;
