@@ -1,5 +1,6 @@
 #include "collision/epa.hpp"
 
+#include <limits>
 #include <utility>
 
 namespace rb {
@@ -15,19 +16,26 @@ bool ExpandingPolytope::add_face(int a, int b, int c) {
   face.normal = cross / std::sqrt(area_sq);
   face.distance = face.normal.dot(points_[a]);
   faces_.push_back(face);
+  distances_.push_back(face.distance);
   return true;
 }
 
-bool ExpandingPolytope::start(const std::array<Vec3, 4>& w) {
+bool ExpandingPolytope::start(const std::array<Vec3, 4>& w, const std::array<Origin, 4>& origins) {
   points_.assign(w.begin(), w.end());
+  origins_.assign(origins.begin(), origins.end());
+  after_.assign(4, -1);
   faces_.clear();
+  distances_.clear();
   const Vec3 e1 = w[1] - w[0], e2 = w[2] - w[0], e3 = w[3] - w[0];
   const double volume = e1.cross(e2).dot(e3);
   if (!(std::abs(volume) >
         1e-13 * std::sqrt(e1.squaredNorm() * e2.squaredNorm() * e3.squaredNorm()))) {
     return false;
   }
-  if (volume > 0.0) std::swap(points_[1], points_[2]);  // now 3 lies inside of (0, 1, 2)
+  if (volume > 0.0) {  // now 3 lies inside of (0, 1, 2)
+    std::swap(points_[1], points_[2]);
+    std::swap(origins_[1], origins_[2]);
+  }
   static constexpr int corner[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
   static constexpr int across[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
   for (int f = 0; f < 4; ++f) {
@@ -40,66 +48,70 @@ bool ExpandingPolytope::start(const std::array<Vec3, 4>& w) {
 int ExpandingPolytope::nearest() const {
   int best = -1;
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t f = 0; f < faces_.size(); ++f) {
-    if (!faces_[f].alive || !(faces_[f].distance < least)) continue;
-    least = faces_[f].distance;
-    best = static_cast<int>(f);
+  const int count = static_cast<int>(distances_.size());
+  for (int f = 0; f < count; ++f) {
+    if (!(distances_[f] < least)) continue;
+    least = distances_[f];
+    best = f;
   }
   return best;
 }
 
-bool ExpandingPolytope::expand(int start_face, const Vec3& w) {
+bool ExpandingPolytope::expand(int start_face, const Vec3& w, const Origin& origin) {
+  const auto remove = [this](int f) {
+    faces_[f].alive = false;
+    distances_[f] = std::numeric_limits<double>::infinity();
+  };
   const int eye = static_cast<int>(points_.size());
   points_.push_back(w);
-  horizon_.clear();
+  origins_.push_back(origin);
+  after_.push_back(-1);
+  gone_.clear();
   stack_.assign(1, start_face);
-  faces_[start_face].alive = false;
+  remove(start_face);
   while (!stack_.empty()) {
     const int f = stack_.back();
     stack_.pop_back();
-    for (int e = 0; e < 3; ++e) {
-      const int g = faces_[f].neighbor[e];
-      Face& other = faces_[g];
-      if (!other.alive) continue;
-      if (other.normal.dot(w) - other.distance > 0.0) {
-        other.alive = false;
-        stack_.push_back(g);
-      }
+    gone_.push_back(f);
+    for (const int g : faces_[f].neighbor) {
+      const Face& other = faces_[g];
+      if (!other.alive || !(other.normal.dot(w) - other.distance > 0.0)) continue;
+      remove(g);
+      stack_.push_back(g);
     }
-    // Edges toward faces that stay are gathered afterwards, when all that go are known.
-    horizon_.push_back({f, 0, 0, 0});
   }
-  std::vector<HorizonEdge>& gone = horizon_;
-  const std::size_t count = gone.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const int f = gone[i].tail;
+  // The edges between faces that go and faces that stay.
+  horizon_.clear();
+  for (const int f : gone_) {
     for (int e = 0; e < 3; ++e) {
       const int g = faces_[f].neighbor[e];
       if (!faces_[g].alive) continue;
       int slot = 0;
       while (slot < 3 && faces_[g].neighbor[slot] != f) ++slot;
       if (slot == 3) return false;
-      gone.push_back({faces_[f].vertex[e], faces_[f].vertex[(e + 1) % 3], g, slot});
+      horizon_.push_back({faces_[f].vertex[e], faces_[f].vertex[(e + 1) % 3], g, slot});
     }
   }
-  gone.erase(gone.begin(), gone.begin() + static_cast<std::ptrdiff_t>(count));
-  const std::size_t first = faces_.size();
-  for (const HorizonEdge& edge : gone) {
+  const int first = static_cast<int>(faces_.size());
+  for (const HorizonEdge& edge : horizon_) {
+    if (after_[edge.tail] >= first) return false;  // the horizon meets itself
     if (!add_face(edge.tail, edge.head, eye)) return false;
-    faces_.back().neighbor = {edge.face, -1, -1};
-    faces_[edge.face].neighbor[edge.slot] = static_cast<int>(faces_.size()) - 1;
+    const int f = static_cast<int>(faces_.size()) - 1;
+    after_[edge.tail] = f;
+    faces_[f].neighbor = {edge.face, -1, -1};
+    faces_[edge.face].neighbor[edge.slot] = f;
   }
-  for (std::size_t f = first; f < faces_.size(); ++f) {
-    for (std::size_t g = first; g < faces_.size(); ++g) {
-      if (faces_[g].vertex[0] != faces_[f].vertex[1]) continue;
-      faces_[f].neighbor[1] = static_cast<int>(g);
-      faces_[g].neighbor[2] = static_cast<int>(f);
-    }
+  const int last = static_cast<int>(faces_.size());
+  for (int f = first; f < last; ++f) {
+    const int next = after_[faces_[f].vertex[1]];
+    if (next < first) return false;
+    faces_[f].neighbor[1] = next;
+    faces_[next].neighbor[2] = f;
   }
-  for (std::size_t f = first; f < faces_.size(); ++f) {
-    if (faces_[f].neighbor[1] < 0 || faces_[f].neighbor[2] < 0) return false;
+  for (int f = first; f < last; ++f) {
+    if (faces_[f].neighbor[2] < 0) return false;
   }
-  return faces_.size() > first;
+  return last > first;
 }
 
 }  // namespace rb

@@ -24,20 +24,30 @@ class ExpandingPolytope {
     bool alive = true;
   };
 
+  // Where the supports of A and of B that make up a point were found.
+  struct Origin {
+    int a = 0, b = 0;
+  };
+
   // False when the four points span no volume.
-  bool start(const std::array<Vec3, 4>& w);
+  bool start(const std::array<Vec3, 4>& w, const std::array<Origin, 4>& origins);
   // The living face of least signed distance.
   int nearest() const;
   const Face& face(int i) const { return faces_[i]; }
+  // Of a corner of the face.
+  const Origin& origin(int face) const { return origins_[faces_[face].vertex[2]]; }
   // Adds a point beyond `face`. False when rounding leaves no proper polytope.
-  bool expand(int face, const Vec3& w);
+  bool expand(int face, const Vec3& w, const Origin& origin);
 
  private:
   bool add_face(int a, int b, int c);
 
   std::vector<Vec3> points_;
+  std::vector<Origin> origins_;  // per point
+  std::vector<int> after_;       // per point: the latest face that leaves it along a horizon
   std::vector<Face> faces_;
-  std::vector<int> stack_;
+  std::vector<double> distances_;  // m, per face; infinite once it is gone
+  std::vector<int> stack_, gone_;
   struct HorizonEdge {
     int tail, head, face, slot;
   };
@@ -57,9 +67,14 @@ EpaResult epa(const SupportA& support_a, const SupportB& support_b, const Simple
               double tolerance) {
   constexpr int max_iterations = 200;  // smooth sets need about forty
   static thread_local ExpandingPolytope polytope;
-  // Support of A - B: out of it, against `d`, A has to be pushed.
+  // Support of A - B: out of it, against `d`, A has to be pushed. A search for it starts at
+  // `origin` and leaves there where it ended.
+  ExpandingPolytope::Origin origin;
   const auto difference = [&](const Vec3& d) -> Vec3 {
-    return support_a(d).point - support_b(Vec3(-d)).point;
+    const SupportPoint a = support_from(support_a, d, origin.a);
+    const SupportPoint b = support_from(support_b, Vec3(-d), origin.b);
+    origin = {a.index, b.index};
+    return a.point - b.point;
   };
   EpaResult result;
   result.normal = Vec3::UnitZ();
@@ -73,8 +88,13 @@ EpaResult epa(const SupportA& support_a, const SupportB& support_b, const Simple
   // The tetrahedron around the origin that GJK ended with; else four far points: along x, away from
   // it, off the line, off the plane.
   std::array<Vec3, 4> w;
-  for (int i = 0; i < inside.size; ++i) w[i] = inside.vertex[i].w;
-  if (inside.size < 4 || !polytope.start(w)) {
+  std::array<ExpandingPolytope::Origin, 4> origins;
+  for (int i = 0; i < inside.size; ++i) {
+    w[i] = inside.vertex[i].w;
+    origins[i] = {inside.vertex[i].index_a, inside.vertex[i].index_b};
+  }
+  if (inside.size < 4 || !polytope.start(w, origins)) {
+    origins = {};
     w[0] = difference(Vec3::UnitX());
     w[1] = difference(-Vec3::UnitX());
     offer(Vec3::UnitX(), w[0].x());
@@ -87,7 +107,7 @@ EpaResult epa(const SupportA& support_a, const SupportB& support_b, const Simple
     const Vec3 normal = (w[1] - w[0]).cross(w[2] - w[0]).normalized();
     const Vec3 up = difference(normal), down = difference(-normal);
     w[3] = normal.dot(up - w[0]) > -normal.dot(down - w[0]) ? up : down;
-    if (!polytope.start(w)) {
+    if (!polytope.start(w, origins)) {
       result.capped = true;
       return result;
     }
@@ -96,12 +116,13 @@ EpaResult epa(const SupportA& support_a, const SupportB& support_b, const Simple
     const int at = polytope.nearest();
     const Vec3 direction = polytope.face(at).normal;
     const double inner = polytope.face(at).distance;
+    origin = polytope.origin(at);
     const Vec3 next = difference(direction);
     const double reach = direction.dot(next);
     offer(direction, reach);
     result.gap = std::max(0.0, result.depth - inner);
     if (reach - inner <= tolerance || result.gap <= tolerance) return result;
-    if (!polytope.expand(at, next)) return result;
+    if (!polytope.expand(at, next, origin)) return result;
   }
   result.capped = true;
   return result;

@@ -15,6 +15,16 @@ struct SupportPoint {
   int index = 0;
 };
 
+// The farthest point along d, searched from the vertex `start` where the set has vertices.
+template <class Support>
+SupportPoint support_from(const Support& support, const Vec3& d, int start) {
+  if constexpr (requires { support.from(d, start); }) {
+    return support.from(d, start);
+  } else {
+    return support(d);
+  }
+}
+
 enum class GjkStatus {
   SEPARATED,  // nearest points found
   BEYOND,     // farther apart than asked about

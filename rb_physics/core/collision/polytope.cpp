@@ -100,12 +100,12 @@ int Polytope::farthest(const Vec3& direction, int start) const {
   for (;;) {
     const int from = best;
     for (int i = topology_->neighbor_first[from]; i < topology_->neighbor_first[from + 1]; ++i) {
+      // No branches: which neighbor is higher nobody can predict.
       const int v = topology_->neighbors[i];
       const double reach = d.dot(local_vertices_[v]);
-      if (reach > most) {
-        most = reach;
-        best = v;
-      }
+      const bool higher = reach > most;
+      most = higher ? reach : most;
+      best = higher ? v : best;
     }
     if (best == from) return best;
   }

@@ -32,6 +32,10 @@ class Polytope {
     hint_ = farthest(direction, hint_);
     return {vertex(hint_), hint_};
   }
+  SupportPoint from(const Vec3& direction, int start) const {
+    const int i = farthest(direction, start);
+    return {vertex(i), i};
+  }
   // Second derivative of the support function: corners are sharp.
   double curvature(const Vec3&, const Vec3&, const Vec3&) const { return 0.0; }
   // Of the faces around a vertex, the one that looks most against `direction`.

@@ -129,20 +129,22 @@ PolytopeAxis local_axis(const Polytope& a, const Polytope& b, const Vec3& normal
     return s >= separation - preference && s > best.separation + preference;
   };
   const int vertex_a = a.farthest(-normal), vertex_b = b.farthest(normal);
+  const Vec3 on_a = a.vertex(vertex_a), on_b = b.vertex(vertex_b);
+  // Along n the two are no farther apart than these two points.
+  const auto may_win = [&](const Vec3& n) { return n.dot(on_a - on_b) >= separation - preference; };
   b.for_each_face_at(vertex_b, [&](int f) {
     const Vec3 n = b.normal(f);
-    if (n.dot(normal) < face_cosine) return;
+    if (n.dot(normal) < face_cosine || !may_win(n)) return;
     const double s = b.height(f, a.vertex(a.farthest(-n, vertex_a)));
     if (wins(s)) best = {PolytopeAxis::FACE_B, s, n, 0, f};
   });
   a.for_each_face_at(vertex_a, [&](int f) {
     const Vec3 n = -a.normal(f);
-    if (n.dot(normal) < face_cosine) return;
+    if (n.dot(normal) < face_cosine || !may_win(n)) return;
     const double s = a.height(f, b.vertex(b.farthest(n, vertex_b)));
     if (wins(s)) best = {PolytopeAxis::FACE_A, s, n, f, 0};
   });
   if (best.separation > -std::numeric_limits<double>::infinity()) return best;
-  const Vec3 on_a = a.vertex(vertex_a), on_b = b.vertex(vertex_b);
   a.for_each_edge_at(vertex_a, [&](int ea) {
     const HullEdge& edge_a = a.topology().edges[ea];
     const Vec3 along_a = a.vertex(edge_a.head) - a.vertex(edge_a.tail);
@@ -155,6 +157,7 @@ PolytopeAxis local_axis(const Polytope& a, const Polytope& b, const Vec3& normal
       const double length = cross.norm();
       if (length <= tolerance::parallel_edges * along_a.norm() * along_b.norm()) return;
       const Vec3 n = cross.dot(normal) > 0.0 ? Vec3(cross / length) : Vec3(-cross / length);
+      if (!may_win(n)) return;
       const double s =
           n.dot(a.vertex(a.farthest(-n, vertex_a)) - b.vertex(b.farthest(n, vertex_b)));
       // Both edges must be the farthest there are.
