@@ -204,8 +204,25 @@ def verify(recording: Path, start: float | None, threads: int | None) -> None:
     metavar="BODY FX FY FZ",
     help="Force (N, world axes) added from the start on; may be given several times.",
 )
+@click.option(
+    "--torque",
+    "torques",
+    multiple=True,
+    type=(str, float, float, float),
+    metavar="BODY TX TY TZ",
+    help="Torque (N m, world axes) added from the start on; may be given several times.",
+)
 @click.option("--impact-law", help="Another impact law than recorded.")
 @click.option("--stepper", help="Another stepper than recorded.")
+@click.option(
+    "--set",
+    "chosen",
+    multiple=True,
+    type=(str, str),
+    metavar="SETTING VALUE",
+    help="Another value than recorded of any field of Settings, as in a scene file; may be given "
+    "several times.",
+)
 @click.option("--no-rerun", is_flag=True, help="Record the bag only.")
 def replay(
     recording: Path,
@@ -213,24 +230,42 @@ def replay(
     until: float | None,
     record: Path,
     wrenches: tuple[tuple[str, float, float, float], ...],
+    torques: tuple[tuple[str, float, float, float], ...],
+    chosen: tuple[tuple[str, str], ...],
     no_rerun: bool,
     **changed: str | None,
 ) -> None:
     """Continue RECORDING from one of its moments and record what happens: a branch."""
     from .recording.branch import AddedWrench, branch
 
+    settings: dict[str, Any] = {k: value for k, value in changed.items() if value is not None}
+    settings |= {name: _value(name, text) for name, text in chosen}
+    none = (0.0, 0.0, 0.0)
     with _LateProgress() as progress:
         steps = branch(
             recording,
             record,
             start,
             until,
-            wrenches=[AddedWrench(body, (x, y, z)) for body, x, y, z in wrenches],
+            wrenches=[
+                *(AddedWrench(body, (x, y, z)) for body, x, y, z in wrenches),
+                *(AddedWrench(body, none, (x, y, z)) for body, x, y, z in torques),
+            ],
             rerun="off" if no_rerun else "file",
             progress=progress,
-            **{key: value for key, value in changed.items() if value is not None},
+            **settings,
         )
     click.echo(f"{steps} steps recorded in {record}; next: rb_physics compare {recording} {record}")
+
+
+def _value(name: str, text: str) -> Any:
+    """A setting as a scene file would have it."""
+    import yaml
+
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        raise click.UsageError(f"--set {name}: {text!r} is no YAML value.") from None
 
 
 @main.command()

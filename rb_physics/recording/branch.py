@@ -28,7 +28,7 @@ class AddedWrench(NamedTuple):
     torque: tuple[float, float, float] = (0.0, 0.0, 0.0)  # N m, world axes
 
 
-_SOURCE = 1_000_000  # of added wrenches: far from the sources a node numbers from 0
+_SOURCE = 1_000_000  # of the first added wrench: far from the sources a node numbers from 0
 
 
 def branch(
@@ -73,6 +73,7 @@ def branch(
         repetition.advance(first)
         if repetition.diverged is not None:
             raise repetition.diverged
+    _check(wrenches, repetition.world, start)
     scene = run.scene()
     world = scene.build(**(run.settings | settings))
     changes = _changes(world, repetition)
@@ -86,9 +87,9 @@ def branch(
         initial=run.initial, first=changes, log_start=run.first_step + first,
         held_wrenches=_held_wrenches(run, first),
     ) as recorder:  # fmt: skip
-        for wrench in wrenches:
+        for source, wrench in enumerate(wrenches, _SOURCE):
             recorder.perform("apply_wrench", body=wrench.body, force=wrench.force,
-                             torque=wrench.torque, source=_SOURCE)  # fmt: skip
+                             torque=wrench.torque, source=source)  # fmt: skip
         pending = repetition.pending()
         for step in range(first, last):
             while pending and pending[-1].step <= step:
@@ -99,6 +100,19 @@ def branch(
             if progress is not None:
                 progress(step + 1 - first, last - first, dt)
     return last - first
+
+
+def _check(wrenches: Sequence[AddedWrench], world: Any, start: float) -> None:
+    """Before a folder is made: whether there is something to push."""
+    for wrench in wrenches:
+        pushable = [body.name for body in world.bodies if body.type == "dynamic"]
+        if wrench.body not in pushable:
+            raise RecordingError(
+                f"at {start:g} s there is no dynamic body '{wrench.body}' to push; there are "
+                f"{', '.join(pushable) or 'none'}"
+            )
+        if not np.isfinite([*wrench.force, *wrench.torque]).all():
+            raise RecordingError(f"the wrench on body '{wrench.body}' must be finite")
 
 
 def _held_wrenches(run: Run, first: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +18,9 @@ _LETTERS = {3: "xyz", 4: "xyzw"}
 def export(recording: str | Path, directory: str | Path, format: str = "csv") -> list[Path]:
     """Writes poses, contact wrenches, contacts and totals into a new folder; the files made.
 
-    Columns are SI units in world axes (wrenches: in the frame they were published in); vectors
-    become columns such as position_x. Bodies appear by name. Raises RecordingError.
+    Columns are SI units in world axes (wrenches: in the frame they were published in, which is a
+    column); vectors become columns such as position_x. Bodies and topics appear by name (npz: as
+    rows of `bodies` and `topics`). Raises RecordingError.
     """
     if format not in FORMATS:
         raise RecordingError(f"format {format!r} is not one of {', '.join(FORMATS)}")
@@ -27,13 +29,15 @@ def export(recording: str | Path, directory: str | Path, format: str = "csv") ->
     if directory.exists():
         raise RecordingError(f"{directory} exists already and is never overwritten")
     directory.mkdir(parents=True)
-    names = np.array(tables.bodies)
+    names = {"bodies": np.array(tables.bodies), "topics": np.array(tables.topics),
+             "frames": np.array(tables.frames)}  # fmt: skip
     made = []
     for name in ("poses", "wrenches", "contacts", "totals"):
         table = getattr(tables, name)
         path = directory / f"{name}.{format}"
         if format == "npz":
-            np.savez_compressed(path, bodies=names, **{f: table[f] for f in table.dtype.names})
+            arrays: dict[str, Any] = names | {f: table[f] for f in table.dtype.names}
+            np.savez_compressed(path, **arrays)
         else:
             columns = _columns(table, names)
             _write_csv(path, columns) if format == "csv" else _write_parquet(path, columns)
@@ -41,13 +45,16 @@ def export(recording: str | Path, directory: str | Path, format: str = "csv") ->
     return made
 
 
-def _columns(table: NDArray, names: NDArray) -> dict[str, NDArray]:
-    """Flat columns; bodies by name; the two halves of a feature id joined."""
+def _columns(table: NDArray, names: dict[str, NDArray]) -> dict[str, NDArray]:
+    """Flat columns; bodies and topics by name; the two halves of a feature id joined."""
     columns: dict[str, NDArray] = {}
     for field in table.dtype.names or ():
         values = table[field]
         if field.startswith("body"):
-            columns[field] = names[values] if len(values) else np.empty(0, str)
+            columns[field] = _named(names["bodies"], values)
+        elif field == "topic":
+            columns[field] = _named(names["topics"], values)
+            columns["frame"] = _named(names["frames"], values)
         elif field == "feature":
             joined = np.ascontiguousarray(values, "<u4").view("<i8")
             columns[field] = joined.reshape(-1)
@@ -59,14 +66,20 @@ def _columns(table: NDArray, names: NDArray) -> dict[str, NDArray]:
     return columns
 
 
+def _named(names: NDArray, rows: NDArray) -> NDArray:
+    return names[rows] if len(rows) else np.empty(0, str)
+
+
 def _write_csv(path: Path, columns: dict[str, NDArray]) -> None:
     import csv
 
     with open(path, "x", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns)
-        # tolist gives Python numbers, whose text holds every bit of a double.
-        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+        # The shortest text that holds every bit: that of Python's numbers for doubles, NumPy's own for
+        # single precision, which becomes 0.15000000596 otherwise.
+        cells = (c.astype(str) if c.dtype == np.float32 else c for c in columns.values())
+        writer.writerows(zip(*(column.tolist() for column in cells), strict=True))
 
 
 def _write_parquet(path: Path, columns: dict[str, NDArray]) -> None:

@@ -28,7 +28,7 @@ def plot(recording: str | Path, png: str | Path) -> Path:
         axes[0].plot(time, totals["kinetic_energy"], label="kinetic")
         axes[0].plot(time, totals["potential_energy"], label="potential")
         axes[0].plot(time, totals["kinetic_energy"] + totals["potential_energy"], label="total")
-    _per_body(axes[1], tables, tables.wrenches, "force")
+    _per_body(axes[1], tables, _measured(tables), "force")
     _per_body(axes[2], tables, tables.poses, "position")
     for axis, label in zip(axes, ("energy [J]", "contact force [N]", "height [m]"), strict=True):
         axis.set_ylabel(label)
@@ -64,6 +64,17 @@ def plot_comparison(first: str | Path, second: str | Path, png: str | Path) -> P
     figure.savefig(png, dpi=120)
     pyplot.close(figure)
     return png
+
+
+def _measured(tables: Tables) -> np.ndarray:
+    """The first wrench topic of each body, behind the start, which is a mean of no time at all."""
+    wrenches = tables.wrenches
+    if not len(wrenches):
+        return wrenches
+    _, at, body = np.unique(wrenches["body"], return_index=True, return_inverse=True)
+    first = wrenches["topic"][at][body] == wrenches["topic"]
+    measured: np.ndarray = wrenches[first & (wrenches["time"] > wrenches["time"].min())]
+    return measured
 
 
 def _per_body(axis: Any, tables: Tables, table: np.ndarray, field: str) -> None:

@@ -13,9 +13,12 @@ from . import decoders
 from .log_reader import Recording, damage_told
 from .mcap_log import RecordingError
 from .outputs import CONTACT_POINT, TOTALS
+from .topics import SENSORS
 
 POSE = np.dtype([("time", "f8"), ("body", "i4"), ("position", "f8", 3), ("orientation", "f8", 4)])
-WRENCH = np.dtype([("time", "f8"), ("body", "i4"), ("force", "f8", 3), ("torque", "f8", 3)])
+WRENCH = np.dtype(
+    [("time", "f8"), ("body", "i4"), ("topic", "i4"), ("force", "f8", 3), ("torque", "f8", 3)]
+)
 CONTACT = np.dtype([("time", "f8"), *CONTACT_POINT.descr])
 TOTAL = np.dtype([(name, "f8") for name in TOTALS])
 
@@ -25,9 +28,11 @@ class Tables(NamedTuple):
 
     bodies: list[str]  # every name that occurred, in the order of appearance
     poses: NDArray  # POSE, world frame
-    wrenches: NDArray  # WRENCH, contact wrenches in the frame they were published in
+    wrenches: NDArray  # WRENCH, contact wrenches as published; `topic` indexes `topics`
     contacts: NDArray  # CONTACT; body_a, body_b index `bodies`
     totals: NDArray  # TOTAL
+    topics: list[str]  # of wrenches
+    frames: list[str]  # of each of those topics
 
 
 def read_tables(recording: str | Path) -> Tables:
@@ -45,6 +50,8 @@ def read_tables(recording: str | Path) -> Tables:
 
 def _read(log: Recording, contents: dict[str, tuple[str, str | None]]) -> Tables:
     index: dict[str, int] = {}
+    topics: dict[str, int] = {}
+    frames: list[str] = []
     rows: NDArray = np.empty(0, np.int32)  # of the present rows of the world: index in `bodies`
     poses: list[NDArray] = []
     wrenches: list[tuple] = []
@@ -62,10 +69,13 @@ def _read(log: Recording, contents: dict[str, tuple[str, str | None]]) -> Tables
             table["time"], table["body"] = time, rows
             table["position"], table["orientation"] = values[:, :3], values[:, 3:]
             poses.append(table)
-        elif content == "contact_wrench" and body is not None:
-            values6 = decoders.decode_wrench_stamped(message.data).values
+        elif content in SENSORS and body is not None:
+            wrench = decoders.decode_wrench_stamped(message.data)
             body_row = index.setdefault(body, len(index))
-            wrenches.append((time, body_row, values6[:3], values6[3:]))
+            topic = topics.setdefault(message.topic, len(topics))
+            if topic == len(frames):
+                frames.append(wrench.frame_id)
+            wrenches.append((time, body_row, topic, wrench.values[:3], wrench.values[3:]))
         elif content == "contacts":
             points = decoders.decode_point_cloud(message.data)[2]
             table = np.empty(len(points), CONTACT)
@@ -83,12 +93,15 @@ def _read(log: Recording, contents: dict[str, tuple[str, str | None]]) -> Tables
         np.array(wrenches, WRENCH),
         np.concatenate(contacts) if contacts else np.empty(0, CONTACT),
         np.array(totals, TOTAL),
+        list(topics),
+        frames,
     )
 
 
 def _content_of_later_topic(name: str) -> tuple[str, str | None]:
     """Contact wrenches of bodies that were added during the run aren't in topics.json."""
     parts = name.split("/")
-    if len(parts) >= 4 and parts[-1] == "contact_wrench" and parts[-3] == "bodies":
-        return "contact_wrench", parts[-2]
+    for at in (-3, -4):  # .../bodies/NAME/contact_wrench, and a pair's with OTHER behind it
+        if len(parts) > -at and parts[at] == "bodies" and parts[at + 2] == "contact_wrench":
+            return "contact_wrench", parts[at + 1]
     return "", None

@@ -7,7 +7,7 @@ from harness import NodeProcess, parameters, wait_for
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from rb_physics.recording.replay import verify
+from rb_physics.recording.replay import Run, verify
 
 
 def test_a_run_with_wrenches_pauses_and_resets_repeats_from_its_log(simulator, tmp_path):
@@ -51,8 +51,12 @@ def test_a_run_with_wrenches_pauses_and_resets_repeats_from_its_log(simulator, t
     assert result.steps > 300
 
 
-def test_wrenches_of_two_processes_repeat_with_any_number_of_threads(simulator, domain, tmp_path):
-    sim = simulator(record_dir=tmp_path / "runs")
+def test_wrenches_of_two_processes_pauses_resets_and_spawned_bodies_repeat_with_any_number_of_threads(
+    simulator, domain, tmp_path
+):
+    sim = simulator(record_dir=tmp_path / "runs", snapshot_interval=0.3)
+    spawn = sim.client.publisher(String, "/sim_node/spawn")
+    remove = sim.client.publisher(String, "/sim_node/remove")
     poses = sim.client.collect(PoseArray, "/sim_node/poses")
     operations = sim.client.collect(String, "/sim_node/operations")
     pushers = [
@@ -69,11 +73,21 @@ def test_wrenches_of_two_processes_repeat_with_any_number_of_threads(simulator, 
             return {o["arguments"].get("body") for o in done if o["name"] == "apply_wrench"}
 
         wait_for(lambda: {"crate", "floater"} <= pushed(), "wrenches of both processes")
+        guest = (
+            "{name: guest, shape: {type: sphere, radius: 0.1}, mass: 1, position: [0.05, 0, 0.5]}"
+        )
+        spawn.publish(String(data=guest))
+        wait_for(lambda: "guest" in pushed(), "the wind to reach the spawned body")
         for data in (True, False):
             assert sim.client.call(SetBool, "/sim_node/pause", SetBool.Request(data=data)).success
         assert sim.client.call(Trigger, "/sim_node/reset").success
         seen = len(poses)
         wait_for(lambda: len(poses) > seen + 50, "half a second more")
+        spawn.publish(String(data=guest.replace("guest", "second")))
+        wait_for(lambda: len(poses[-1].poses) == 4, "another spawned body")
+        remove.publish(String(data="second"))
+        wait_for(lambda: len(poses[-1].poses) == 3, "it to go")
+        assert sim.client.call(Trigger, "/sim_node/reset_state").success
     finally:
         for process in pushers:
             process.close()
@@ -83,3 +97,6 @@ def test_wrenches_of_two_processes_repeat_with_any_number_of_threads(simulator, 
         result = verify(run, threads=threads)
         assert result.difference is None, result.text
     assert result.steps > 500
+    for step in Run(run).snapshots:
+        result = verify(run, start=step * 0.001)
+        assert result.difference is None, (step, result.text)

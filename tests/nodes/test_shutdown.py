@@ -1,13 +1,17 @@
 """SIGINT and SIGTERM at any moment end the node at once, with exit code 0 and a valid bag."""
 
+import random
 import signal
 import time
 
 import pytest
-from geometry_msgs.msg import PoseArray
+from geometry_msgs.msg import PoseArray, WrenchStamped
 from harness import NodeProcess, parameters, wait_for
 from rosbags.highlevel import AnyReader
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
+
+from rb_physics.recording.replay import verify
 
 
 def readable_bag(parent):
@@ -57,3 +61,42 @@ def test_a_signal_while_a_service_call_steps(simulator):
     poses = sim.client.collect(PoseArray, "/sim_node/poses")
     wait_for(lambda: len(poses) > 3, "steps to be made")
     assert sim.node.stop() == 0, sim.node.output
+
+
+@pytest.mark.parametrize(
+    "seed", [1, 2, *(pytest.param(n, marks=pytest.mark.soak) for n in range(3, 23))]
+)
+def test_ctrl_c_at_any_moment_of_a_busy_run(simulator, tmp_path, seed):
+    """Messages and calls come in all the while; once more when the first wasn't quick enough."""
+    dice = random.Random(seed)
+    sim = simulator(record_dir=tmp_path / "runs", rerun=dice.choice(["'off'", "file"]))
+    push = sim.client.publisher(WrenchStamped, "/sim_node/bodies/floater/wrench")
+    spawn = sim.client.publisher(String, "/sim_node/spawn")
+    services = [
+        sim.client.node.create_client(Trigger, f"/sim_node/{name}")
+        for name in ("reset", "reset_state", "clear_wrenches", "save", "step")
+    ]
+    message = WrenchStamped()
+    message.header.frame_id = "world"
+    end = time.monotonic() + dice.uniform(0.0, 1.5)
+    number = 0
+    while time.monotonic() < end:
+        message.wrench.force.x = dice.uniform(-1.0, 1.0)
+        push.publish(message)
+        number += 1
+        if number % 20 == 0:
+            dice.choice(services).call_async(Trigger.Request())
+            body = f"{{name: b{number}, shape: {{type: sphere, radius: 0.1}}, mass: 1, position: [{number}, 0, 3]}}"
+            spawn.publish(String(data=body))
+        time.sleep(0.002)  # 500 messages a second
+    sim.node.process.send_signal(signal.SIGINT)
+    if dice.random() < 0.5:
+        time.sleep(dice.uniform(0.0, 0.3))  # the moment of the second one is what is varied
+        if sim.node.process.poll() is None:
+            sim.node.process.send_signal(signal.SIGINT)
+    assert sim.node.wait() == 0, sim.node.output
+    assert "Traceback" not in sim.node.output
+    (run,) = (tmp_path / "runs").iterdir()
+    readable_bag(tmp_path / "runs")
+    verification = verify(run)
+    assert verification.difference is None, verification.text

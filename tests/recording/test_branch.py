@@ -6,8 +6,10 @@ import csv
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import rb_physics as rb
+from rb_physics.cli import main
 from rb_physics.recording import Recorder, RecordingError
 from rb_physics.recording.branch import AddedWrench, branch
 from rb_physics.recording.compare import compare, distances
@@ -15,6 +17,7 @@ from rb_physics.recording.export import export
 from rb_physics.recording.plot import plot, plot_comparison
 from rb_physics.recording.replay import Run, verify
 from rb_physics.recording.tables import read_tables
+from rb_physics.recording.topics import parse_topics
 
 SCENE = """
 dt: 0.002
@@ -160,6 +163,72 @@ def test_export(run, tmp_path, format):
     assert heights == poses["position"][:, 2].tolist()  # to the bit, CSV too
     with pytest.raises(RecordingError, match="never overwritten"):
         export(run, tmp_path / "out", format)
+
+
+def test_export_tells_topic_and_frame_and_writes_short_numbers(run, tmp_path):
+    files = {f.stem: f for f in export(run, tmp_path / "out")}
+    rows = list(csv.DictReader(files["wrenches"].read_text().splitlines()))
+    assert {(r["body"], r["topic"], r["frame"]) for r in rows} == {
+        (name, f"/sim_node/bodies/{name}/contact_wrench", f"{name}/com") for name in ("box", "ball")
+    }
+    rows = list(csv.DictReader(files["contacts"].read_text().splitlines()))
+    contacts = read_tables(run).contacts
+    assert [np.float32(row["x"]) for row in rows] == contacts["x"].tolist()  # to the bit
+    assert max(len(row["x"]) for row in rows) <= 15  # single precision: 9 digits and what surrounds
+
+
+def test_wrenches_of_several_topics_of_a_body_are_kept_apart(tmp_path):
+    table = parse_topics(
+        """topics:
+  - {name: ~/poses, content: poses, type: geometry_msgs/msg/PoseArray, direction: out}
+  - {name: ~/body_names, content: body_names, type: std_msgs/msg/String, direction: out}
+  - {name: ~/bodies/NAME/contact_wrench, content: contact_wrench, type: geometry_msgs/msg/WrenchStamped, direction: out}
+  - {name: ~/bodies/NAME/sensor, content: contact_wrench, type: geometry_msgs/msg/WrenchStamped, direction: out, frame: world, reference_point: world}
+  - {name: ~/bodies/NAME/contact_wrench/OTHER, content: pair_wrench, type: geometry_msgs/msg/WrenchStamped, direction: out, others: all}
+"""
+    )
+    scene = rb.load_scene("single_box")
+    world = scene.build()
+    with Recorder(world, tmp_path / "run", scene=scene, topics=table) as recorder:
+        for _ in range(10):
+            world.step()
+            recorder.after_step()
+    tables = read_tables(tmp_path / "run")
+    assert tables.frames == ["box/com", "world", "box/com"]
+    assert [topic.split("/", 3)[3] for topic in tables.topics] == [
+        "box/contact_wrench", "box/sensor", "box/contact_wrench/ground"]  # fmt: skip
+    for topic in range(3):
+        rows = tables.wrenches[tables.wrenches["topic"] == topic]
+        assert len(rows) == 11
+        assert np.allclose(rows["force"][1:, 2], 9.81, atol=1e-8)  # contact solver's tolerance
+    assert plot(tmp_path / "run", tmp_path / "run.png").stat().st_size > 5_000
+
+
+def test_replay_command_takes_settings_torques_and_several_forces(run, tmp_path):
+    arguments = ["replay", str(run), "--from", "0.1", "--until", "0.15", "--no-rerun"]
+    arguments += ["--wrench", "ball", "1", "0", "0", "--wrench", "ball", "0", "2", "0"]
+    arguments += ["--torque", "ball", "0", "0", "0.1"]
+    arguments += ["--set", "gravity", "[0, 0, -1.6]", "--set", "threads", "2"]
+    result = CliRunner().invoke(main, [*arguments, "--record", str(tmp_path / "b")])
+    assert result.exit_code == 0, result.output
+    other = Run(tmp_path / "b")
+    assert other.settings["gravity"] == [0, 0, -1.6]
+    forces = [o.arguments["force"] for o in other.operations if o.name == "apply_wrench"]
+    assert forces == [[1, 0, 0], [0, 2, 0], [0, 0, 0]]
+    assert len({o.arguments["source"] for o in other.operations}) == 3  # they add up
+    assert verify(tmp_path / "b").difference is None
+    for wrong, words in (
+        (["--wrench", "nobody", "1", "0", "0"], "no dynamic body 'nobody' to push; there are box, ball"),
+        (["--wrench", "ground", "1", "0", "0"], "no dynamic body 'ground'"),
+        (["--torque", "ball", "nan", "0", "0"], "must be finite"),
+        (["--set", "gravty", "[0, 0, 1]"], "gravty"),
+        (["--set", "gravity", "[0,"], "no YAML value"),
+        (["--set", "gravity", "down"], "gravity"),
+    ):  # fmt: skip
+        result = CliRunner().invoke(main, [*arguments, *wrong, "--record", str(tmp_path / "c")])
+        assert result.exit_code != 0
+        assert words in result.output, result.output
+        assert not (tmp_path / "c").exists()
 
 
 def test_plot(run, tmp_path):
