@@ -298,7 +298,7 @@ void IslandAdvance::carry(double tau, bool far_too) {
   if (report.work_exhausted) ++stats.capped;
   add_forces(tau);
   if (report.warm_accepted) return;
-  work.steady = solution;  // always, so that later steps need no memory
+  work.steady = solution;         // always, so that later steps need no memory
   constexpr double small = 1e-9;  // relative: the forces are last step's but for what drifted
   if (report.start_residual <= small && drift > settings.newton_goal * report.typical_velocity) {
     without_drift(tau);
