@@ -21,7 +21,6 @@ from .wrench_inputs import HeldWrenches, Perform, WrenchInputs, WrenchSource
 Complain = Callable[[str, str], None]  # key for throttling, text
 
 IGNORED = object()  # what a handler returns for a message that is no input of this world
-_NEEDED = {"wrench": "dynamic", "cmd_pose": "kinematic", "cmd_vel": "kinematic"}
 
 
 class Inputs:
@@ -54,14 +53,10 @@ class Inputs:
         self.fit(world, topics)
 
     def fit(self, world: Any, topics: Sequence[Topic]) -> None:
-        """The bodies of the world and so the topics are these now.
-
-        Raises ValueError for a topic whose body is of the wrong type.
-        """
+        """The bodies of the world and so the topics are these now."""
         self.topics = tuple(topics)
         self._by_name = {topic.name: topic for topic in self.topics}
         self._rank = {topic.name: rank for rank, topic in enumerate(self.topics)}
-        self._check_bodies(world)
         moving = [body for body in world.bodies if body.type != "static"]
         dynamic = {
             b.name: WrenchFrames(b.name, b.center_of_mass, b.frames)
@@ -88,17 +83,6 @@ class Inputs:
         for topic in wrenches:
             if topic.body is not None:
                 self._first_source.setdefault(topic.body, topic.name)
-
-    def _check_bodies(self, world: Any) -> None:
-        pairs = [(t, t.body, _NEEDED[t.content]) for t in self.topics if t.content in _NEEDED]
-        pairs += [(topic, body, "kinematic") for topic in self.topics for body in topic.bodies]
-        for topic, body, needed in pairs:
-            given = world[body].type
-            if given != needed:
-                raise ValueError(
-                    f"topic {topic.name} is for a {needed} body, but '{body}' is {given}: "
-                    f"take it out of `bodies` in topics.yaml"
-                )
 
     def receive(self, world: Any, step: int, perform: Perform) -> list[tuple[Topic, bytes]]:
         """Take in what has arrived, for step `step`. Returns the messages that were accepted."""

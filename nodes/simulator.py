@@ -190,8 +190,14 @@ class Simulator:
         if directory is None:
             raise ValueError("nothing saved: start the node with record_dir to have a place for it")
         path = Path(directory) / f"snapshot_{world.step_count:09d}.bin"
-        with open(path, "xb") as file:
-            file.write(world.save())
+        try:
+            with open(path, "xb") as file:
+                file.write(world.save())
+        except FileExistsError:
+            raise ValueError(
+                f"nothing saved: {path} exists already and is never overwritten; a step later it "
+                "has another name"
+            ) from None
         return str(path)
 
 

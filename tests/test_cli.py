@@ -39,7 +39,21 @@ def test_topics_are_listed_with_type_frame_rate_and_qos(tmp_path: Path) -> None:
     bad.write_text("topics:\n  - {name: /clock, content: clok, type: x, direction: out}\n")
     result = call("topics", "--topics", str(bad))
     assert result.exit_code == 1
-    assert "topics.yaml:2: topics.0.content: 'clok' is not one of" in result.output
+    assert "topics.yaml:2: topic /clock: content is 'clok' (did you mean clock?)" in result.output
+    # Refused here as by the node: a wrench on what can't be pushed.
+    bad.write_text(
+        "topics:\n  - {name: ~/bodies/NAME/wrench, content: wrench, direction: in, bodies: all,"
+        " type: geometry_msgs/msg/WrenchStamped}\n"
+    )
+    result = call("topics", "single_box", "--topics", str(bad))
+    assert result.exit_code == 1
+    assert "is for a dynamic body, but 'ground' is static" in result.output
+
+
+def test_the_package_is_the_command() -> None:
+    command = [sys.executable, "-m", "rb_physics", "scenes"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    assert "tower10" in done.stdout
 
 
 def test_run_reports_steps_and_the_hash_of_the_same_run_in_python() -> None:

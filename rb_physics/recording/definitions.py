@@ -40,6 +40,10 @@ _INTEGERS = tuple(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 3
 _PRIMITIVES = {"bool", "byte", "char", "string", "wstring", "float32", "float64", *_INTEGERS}
 
 
+class UnknownTypeError(LookupError, ValueError):
+    """A message type that is neither in the shipped table nor installed; says what to install."""
+
+
 class Definition(NamedTuple):
     """What a bag says of a message type."""
 
@@ -57,7 +61,7 @@ def _table() -> dict[str, dict[str, str]]:
 def definition(type_name: str) -> Definition:
     """The definition of e.g. ``geometry_msgs/msg/PoseArray``.
 
-    Raises LookupError when the type is neither in the shipped table nor installed.
+    Raises UnknownTypeError when the type is neither in the shipped table nor installed.
     """
     table = _table()
 
@@ -80,12 +84,12 @@ def _share_folders() -> list[Path]:
 def _installed_file(type_name: str, suffix: str) -> Path:
     parts = type_name.split("/")
     if len(parts) != 3 or parts[1] != "msg":
-        raise LookupError(f"{type_name!r} is not a message type such as std_msgs/msg/String")
+        raise UnknownTypeError(f"{type_name!r} is not a message type such as std_msgs/msg/String")
     for share in _share_folders():
         path = share / parts[0] / "msg" / (parts[2] + suffix)
         if path.is_file():
             return path
-    raise LookupError(
+    raise UnknownTypeError(
         f"message type {type_name} is not known: install its package or source the workspace that "
         "has it"
     )
@@ -108,7 +112,7 @@ def installed_hash(type_name: str) -> str:
     for entry in described["type_hashes"]:
         if entry["type_name"] == type_name:
             return str(entry["hash_string"])
-    raise LookupError(f"the installed description of {type_name} holds no hash of it")
+    raise UnknownTypeError(f"the installed description of {type_name} holds no hash of it")
 
 
 def _dependencies(type_name: str, fields: Callable[[str], str]) -> list[str]:

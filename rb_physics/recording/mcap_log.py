@@ -164,7 +164,7 @@ class McapLog:
     # -- called by the simulation -----------------------------------------------------------------
 
     def add_topic(self, name: str, type_name: str, qos: Qos, essential: bool = False) -> int:
-        """The id to write with. `essential` topics are never dropped. Raises LookupError."""
+        """The id to write with. `essential` topics are never dropped. Raises UnknownTypeError."""
         definition(type_name)  # an unknown type is found out here, not in the writer's thread
         topic = len(self._topics)
         self._counts.append(0)

@@ -18,6 +18,7 @@ from .palette import ForceArrows
 from .quaternions import cross, rotate_inverse
 from .topics import LATCHED, SENSORS, Topic, TopicTable
 from .urdf import scene_urdf
+from .worst_steps import WorstSteps
 
 Message = tuple[str, bytes]  # topic name, serialised message
 Status = tuple[int, str, str, str, dict[str, object]]  # as encoders.encode_diagnostics takes it
@@ -38,7 +39,7 @@ TOTALS = [
     "Lx",
     "Ly",
     "Lz",
-    "residual",
+    "residual",  # this and the rest: the largest of the steps since the message before
     "max_penetration",
     "contacts",
 ]
@@ -62,6 +63,7 @@ class Outputs:
         self._world, self._table, self._node_name = world, table, node_name
         self.statuses: Callable[[], Sequence[Status]] | None = None  # the caller's diagnostics
         self._sums = ContactSums(world)
+        self.worst = WorstSteps(world)
         self._build(strict=True)
         self.restart()
 
@@ -240,19 +242,17 @@ class Outputs:
 
     def _totals_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
         encoder = encoders.MultiArrayEncoder((" ".join(TOTALS),), topics[0].type)
-        world = self._world
+        world, reader = self._world, ("totals", topics[0].rate)
+        self.worst.open(reader)
 
         def encode(now: int) -> list[bytes]:
-            stats = world.stats
             values = (
                 now * 1e-9,
                 world.kinetic_energy,
                 world.potential_energy,
                 *world.linear_momentum,
                 *world.angular_momentum,
-                stats.residual,
-                stats.max_penetration,
-                stats.contacts,
+                *self.worst.take(reader),
             )
             return [encoder.encode(values)] * len(topics)
 

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-import platform
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from . import encoders
+from .environment import environment
 from .geometry import to_json as bodies_to_json
 from .mcap_log import Attachment, McapLog, RecordingError
 from .message_queue import Entry
@@ -95,6 +93,7 @@ class Recorder:
         self.outputs = Outputs(world, topics if topics is not None else load_topics(), node_name)
         self._operations = Operations(world, initial)
         self._namespace = "/" + node_name.strip("/") + "/"
+        self.outputs.worst.open(self)
         self.step = 0  # steps made since the start
         self._counted = int(world.step_count)
         self._time_offset = 0  # ns, log time minus simulated time
@@ -252,7 +251,9 @@ class Recorder:
             return
         if not self._log.closed:
             self._write(self._take_hashes(self._now()))
-        self._log.close({"steps": str(self.step)})
+        self._log.close(
+            {"steps": str(self.step), "worst_steps": json.dumps(self.outputs.worst.take(self))}
+        )
         if self._view is not None:
             self._view.close()
 
@@ -344,24 +345,6 @@ def _topics_text(outputs: Outputs) -> bytes:
     return json.dumps([asdict(topic) for topic in outputs.topics]).encode()
 
 
-def environment() -> dict[str, str]:
-    """Versions and machine: what a repetition compares first."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        own = version("rb_physics")
-    except PackageNotFoundError:
-        own = "source tree"
-    return {
-        "rb_physics": own,
-        "build": _build(),
-        "numpy": np.__version__,
-        "python": platform.python_version(),
-        "machine": f"{platform.system()} {platform.machine()}",
-        "cpu": _cpu(),
-    }
-
-
 def _notes(world: Any, scene: Any, node_name: str) -> dict[str, str]:
     """What is noted in every file and in metadata.yaml."""
     settings = {k: plain(v) for k, v in asdict(world.settings).items()}
@@ -376,27 +359,6 @@ def _notes(world: Any, scene: Any, node_name: str) -> dict[str, str]:
         "seed": "none: nothing is random",
         "first_step": str(world.step_count),
     }
-
-
-@cache
-def _build() -> str:
-    """Tells builds of the compiled core apart, whatever their version."""
-    from .. import _core
-
-    try:
-        return hashlib.sha256(Path(_core.__file__).read_bytes()).hexdigest()[:12]
-    except (OSError, TypeError):  # a frozen or zipped application
-        return "unknown"
-
-
-def _cpu() -> str:
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    except OSError:
-        pass
-    return platform.processor() or "unknown"
 
 
 def new_run_directory(parent: str | Path) -> Path:

@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from .definitions import UnknownTypeError
 from .log_reader import Recording
 from .mcap_log import Attachment, RecordingError
 from .plain_yaml import load_plain
@@ -120,7 +121,7 @@ def _copy(log: Recording, source: Path, target: Path) -> Recovered:
     ]
     try:
         text = bag_metadata([info], listed, custom)
-    except LookupError as error:  # a message type that isn't installed here
+    except UnknownTypeError as error:  # a message type that isn't installed here
         raise RecordingError(f"{target} holds all messages but no metadata.yaml: {error}") from None
     write_atomically(target / "metadata.yaml", text)
     return Recovered(

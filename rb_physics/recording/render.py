@@ -91,6 +91,8 @@ def open_viewer(recording: str | Path, layout: str = "overview", time: float | N
     _check_time(time)
     with tempfile.TemporaryDirectory() as folder:
         rrd = rrd_of(recording, Path(folder), layout)
+        if time is not None:
+            time = _moment(rrd, time)
         port = _free_port()
         command = [*_viewer_command(), "--bind", "127.0.0.1", "--port", str(port), str(rrd)]
         with subprocess.Popen(command) as viewer:
@@ -135,6 +137,7 @@ def render_png(
 
 
 def _render(rrd: Path, png: Path, time: float | None, timeout: float) -> list[str]:
+    moment = _moment(rrd, time)
     port = _free_port()
     command = [
         *_viewer_command(), "--headless", "--bind", "127.0.0.1", "--port", str(port),
@@ -143,7 +146,6 @@ def _render(rrd: Path, png: Path, time: float | None, timeout: float) -> list[st
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as viewer:
         try:
             client = _loaded(viewer, rrd, port, timeout)
-            moment = _middle(rrd) if time is None else time
             client.set_time("sim_time", duration=moment, play_state="paused")
             clock.sleep(_SETTLE)
             client.save_screenshot(str(png))
@@ -179,8 +181,20 @@ def _check_time(time: float | None) -> None:
         raise RecordingError(f"the time to show is {time}; it must be s of the recording, >= 0")
 
 
-def _middle(rrd: Path) -> float:
-    """s: the middle of the recorded time."""
+def _moment(rrd: Path, time: float | None) -> float:
+    """s: `time`, or the middle of the recorded time. Raises RecordingError when it lies outside."""
+    first, last = _span(rrd)
+    if time is None:
+        return (first + last) / 2
+    if not first <= time <= last:
+        raise RecordingError(
+            f"the time to show is {time:g} s; the recording goes from {first:g} to {last:g} s"
+        )
+    return time
+
+
+def _span(rrd: Path) -> tuple[float, float]:
+    """s: the recorded time."""
     from rerun.chunk import RrdReader
 
     low, high = None, None
@@ -192,7 +206,7 @@ def _middle(rrd: Path) -> float:
             found = pc.min_max(batch.column("sim_time").cast("int64")).as_py()
             low = found["min"] if low is None else min(low, found["min"])
             high = found["max"] if high is None else max(high, found["max"])
-    return 0.0 if low is None else (low + high) / 2 * 1e-9
+    return (0.0, 0.0) if low is None or high is None else (low * 1e-9, high * 1e-9)
 
 
 def _viewer_command() -> list[str]:

@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from ..errors import DivergedError
 from . import decoders
+from .environment import environment
 from .log_reader import Recording, damage_told
 from .mcap_log import RecordingError
 from .operations import CHANGE_BODIES, Operation, Operations
 from .operations import from_json as operation_from_json
-from .recorder import FORMAT_VERSION, environment
+from .recorder import FORMAT_VERSION
 
 if TYPE_CHECKING:
     from ..scene import Scene

@@ -42,7 +42,8 @@ def require(live: bool = False) -> Any:
     except ImportError:
         raise RecordingError(
             "the Rerun view needs the rerun-sdk package: pip install rerun-sdk (with NumPy 2), or "
-            "record the bag only and view it from another environment"
+            "record the bag only (--no-rerun; the node: rerun:=off) and view it from another "
+            "environment"
         ) from None
     if live:
         _require_viewer()

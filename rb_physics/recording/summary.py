@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
 from pathlib import Path
 
@@ -65,7 +66,7 @@ def _summary(log: Recording) -> str:
         f"format {notes.get('format_version', '?')}, on {notes.get('cpu', '?')}"
     )
     if totals:
-        lines.extend(_physics(np.array(totals)))
+        lines.extend(_physics(np.array(totals), _worst_steps(notes)))
     size = sum(path.stat().st_size for path in log.files)
     dropped = notes.get("dropped", "unknown")
     lines.append(
@@ -84,13 +85,25 @@ def _summary(log: Recording) -> str:
     return "\n".join(lines)
 
 
-def _physics(totals: np.ndarray) -> list[str]:
+def _worst_steps(notes: dict[str, str]) -> list[float] | None:
+    """Largest residual, penetration and number of contacts over all steps; None in older and torn
+    bags."""
+    try:
+        residual, penetration, contacts = json.loads(notes["worst_steps"])
+        return [float(residual), float(penetration), float(contacts)]
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def _physics(totals: np.ndarray, worst: list[float] | None) -> list[str]:
     column = {name: totals[:, i] for i, name in enumerate(TOTALS)}
     energy = column["kinetic_energy"] + column["potential_energy"]
+    if worst is None:
+        worst = [column[name].max() for name in ("residual", "max_penetration", "contacts")]
     return [
         f"energy      {energy[0]:.6g} J at the start, {energy[-1]:.6g} J at the end",
-        f"solver      residual up to {column['residual'].max():.1e}, penetration up to "
-        f"{column['max_penetration'].max():.1e} m, up to {int(column['contacts'].max())} contacts",
+        f"solver      residual up to {worst[0]:.1e}, penetration up to {worst[1]:.1e} m, up to "
+        f"{int(worst[2])} contacts",
     ]
 
 

@@ -7,15 +7,14 @@ topics of a set of bodies. Node and recorder use the same table.
 from __future__ import annotations
 
 import json
-import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
-import yaml
-
+from .. import located_yaml
+from ..located_yaml import Document
 from ..resources import shared_folder
 
 # What each content is sent as, its direction, and whether it is one topic per body.
@@ -58,6 +57,13 @@ _FRAMES = {
 SENSORS = ("contact_wrench", "pair_wrench")
 _SENSOR_FRAME = re.compile(r"world|[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)?")
 _LINK_FRAME = re.compile(r"[A-Za-z0-9_/.-]*NAME[A-Za-z0-9_/.-]*")  # of cmd_tf
+# Inputs that act on bodies of one type only.
+NEEDED_TYPE = {
+    "wrench": "dynamic",
+    "cmd_pose": "kinematic",
+    "cmd_vel": "kinematic",
+    "cmd_tf": "kinematic",
+}
 LATCHED = ("body_names", "tf_static", "robot_description")  # sent at the start and on change
 
 
@@ -122,9 +128,9 @@ class TopicTable:
         """The concrete topics for `bodies` (each with .name, .type, .frames), in the file's order.
 
         "*" stands for the dynamic and kinematic bodies, "dynamic", "kinematic" and "all" for those.
-        Raises TopicError for a body or frame that doesn't exist and for two topics of one name;
-        with `strict` False, bodies being added and removed, what lacks its body or frame is left
-        out.
+        Raises TopicError for a body or frame that doesn't exist, a body of a type that can't take
+        the input, and two topics of one name; with `strict` False, bodies being added and removed,
+        what lacks its body or frame is left out.
         """
         known = {body.name: body for body in bodies}
         topics: list[Topic] = []
@@ -181,14 +187,24 @@ class TopicTable:
         strict: bool,
     ) -> list[str]:
         if isinstance(chosen, str):
-            return [name for name, body in known.items() if body.type in _KINDS[chosen]]
-        for name in chosen:
-            if strict and name not in known:
+            names = [name for name, body in known.items() if body.type in _KINDS[chosen]]
+        else:
+            names = [name for name in chosen if name in known]
+            if strict and len(names) < len(chosen):
+                unknown = next(name for name in chosen if name not in known)
                 raise TopicError(
-                    f"{self.source}:{entry.line}: {field_name}: there is no body {name!r}; "
+                    f"{self.source}:{entry.line}: {field_name}: there is no body {unknown!r}; "
                     f"known: {', '.join(known) or 'none'}"
                 )
-        return [name for name in chosen if name in known]
+        needed = NEEDED_TYPE.get(entry.content)
+        fitting = [name for name in names if needed in (None, known[name].type)]
+        if strict and len(fitting) < len(names):
+            wrong = next(name for name in names if name not in fitting)
+            raise TopicError(
+                f"{self.source}:{entry.line}: topic {entry.name} is for a {needed} body, but "
+                f"'{wrong}' is {known[wrong].type}: take it out of `bodies` in topics.yaml"
+            )
+        return fitting
 
     def _has_frames(
         self, entry: TopicEntry, topic: Topic, known: dict[str, Any], strict: bool
@@ -260,95 +276,69 @@ def load_topics(path: str | Path | None = None) -> TopicTable:
 
 def parse_topics(text: str, source: str = "topics.yaml") -> TopicTable:
     """Checks the text of a topics file. TopicError names line, field and what is allowed."""
-    import jsonschema
-
-    try:
-        root = yaml.compose(text, Loader=yaml.SafeLoader)
-        data = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = mark.line + 1 if mark else 1
-        problem = getattr(error, "problem", error)
-        raise TopicError(f"{source}:{line}: not valid YAML: {problem}") from None
-    if root is None:
-        raise TopicError(f"{source}:1: the file is empty; it needs a list 'topics'")
     schema = json.loads(Path(__file__).with_name("topics.schema.json").read_text(encoding="utf-8"))
-    errors = jsonschema.Draft202012Validator(schema).iter_errors(data)
-    for wrong in sorted(errors, key=lambda e: [str(p) for p in e.absolute_path]):
-        where = ".".join(str(p) for p in wrong.absolute_path) or "file"
-        raise TopicError(
-            f"{source}:{_line(root, list(wrong.absolute_path))}: {where}: {_reason(wrong)}"
-        )
-    entries = []
-    for i, raw in enumerate(data["topics"]):
-        entries.append(_entry(raw, source, _line(root, ["topics", i])))
-    return TopicTable(tuple(entries), source)
+    try:
+        document = located_yaml.parse(text, source, schema, _subject)
+    except ValueError as error:
+        if str(error).endswith("the file is empty"):
+            error = ValueError(f"{source}:1: the file is empty; it needs a list 'topics'")
+        raise TopicError(str(error)) from None
+    rows = range(len(document.data["topics"]))
+    return TopicTable(tuple(_entry(document, row) for row in rows), source)
 
 
-def _reason(error: Any) -> str:
-    if error.validator == "enum":
-        allowed = ", ".join(str(v) for v in error.validator_value)
-        return f"{error.instance!r} is not one of {allowed}"
-    if error.validator == "pattern":
-        return f"{error.instance!r} is not a topic name such as /clock or ~/poses"
-    if error.validator == "oneOf":
-        return f"{error.instance!r} is neither a list of body names nor *, dynamic, kinematic, all"
-    return str(error.message)
+def _subject(data: Any, path: tuple[str | int, ...]) -> tuple[str, tuple[str | int, ...]]:
+    """Splits ``topics[3].rate`` into ``topic ~/poses`` and ``rate`` for messages."""
+    if len(path) < 3 or path[0] != "topics" or path[2] == "name":
+        return "", path
+    topic = data["topics"][path[1]]
+    name = topic.get("name") if isinstance(topic, dict) else None
+    return (f"topic {name}", path[2:]) if isinstance(name, str) else ("", path)
 
 
-def _line(node: Any, path: list[Any]) -> int:
-    """The line of the value at `path`, as far as the path exists in the document."""
-    for part in path:
-        if isinstance(node, yaml.MappingNode):
-            child = next((v for k, v in node.value if k.value == part), None)
-        elif isinstance(node, yaml.SequenceNode) and isinstance(part, int):
-            child = node.value[part]
-        else:
-            child = None
-        if child is None:
-            break
-        node = child
-    return int(node.start_mark.line) + 1
-
-
-def _entry(raw: dict[str, Any], source: str, line: int) -> TopicEntry:
+def _entry(document: Document, row: int) -> TopicEntry:
+    raw: dict[str, Any] = document.data["topics"][row]
     content = raw["content"]
     message_type, direction, per_body = CONTENT[content]
-    where = f"{source}:{line}: {raw['name']}"
     parts = raw["name"].split("/")
+
+    def refuse(field_name: str, sentence: str) -> NoReturn:
+        line = document.line(("topics", row, field_name))
+        raise TopicError(f"{document.name}:{line}: topic {raw['name']}: {field_name}: {sentence}")
+
     if raw["type"] != message_type:
-        raise TopicError(f"{where}: type: {content} is sent as {message_type}, not {raw['type']}")
+        refuse("type", f"{content} is sent as {message_type}, not {raw['type']}")
     if raw["direction"] != direction:
-        raise TopicError(f"{where}: direction: {content} goes {direction}, not {raw['direction']}")
+        refuse("direction", f"{content} goes {direction}, not {raw['direction']}")
     if per_body != ("NAME" in parts):
         rule = "needs a part NAME, one topic per body" if per_body else "can't hold NAME"
-        raise TopicError(f"{where}: name: a topic of content {content} {rule}")
+        refuse("name", f"a topic of content {content} {rule}")
     if (content == "pair_wrench") != ("OTHER" in parts):
         rule = "needs a part OTHER" if content == "pair_wrench" else "can't hold OTHER"
-        raise TopicError(f"{where}: name: a topic of content {content} {rule}")
+        refuse("name", f"a topic of content {content} {rule}")
     if "bodies" in raw and not per_body and content != "cmd_tf":
-        raise TopicError(f"{where}: bodies: {content} is one topic for all bodies; leave it out")
+        refuse("bodies", f"{content} is one topic for all bodies; leave it out")
     for only, contents in (("others", ("pair_wrench",)), ("reference_point", SENSORS)):
         if only in raw and content not in contents:
-            raise TopicError(f"{where}: {only}: {content} has none; leave it out")
+            refuse(only, f"{content} has none; leave it out")
     frame = raw.get("frame", "NAME" if content == "cmd_tf" else _FRAMES.get(content, ("",))[0])
-    _check_frame(frame, content, where, "frame")
+    _check_frame(frame, content, "frame", refuse)
     reference_point = raw.get("reference_point", "NAME/com" if frame == "world" else frame)
     if content in SENSORS:
-        _check_frame(reference_point, content, where, "reference_point")
-    rate = float(raw.get("rate", 0.0))
-    if not math.isfinite(rate):
-        raise TopicError(f"{where}: rate: {rate} is not a finite number of Hz")
+        _check_frame(reference_point, content, "reference_point", refuse)
     if "rate" in raw and (direction == "in" or content in LATCHED):
-        raise TopicError(f"{where}: rate: {content} is not sent at a rate; leave it out")
-    default = "kinematic" if content == "cmd_tf" else "*"
-    return TopicEntry(raw["name"], content, message_type, direction, frame, rate,
-                      Qos(**raw.get("qos", {})), _names(raw.get("bodies", default)), line,
+        refuse("rate", f"{content} is not sent at a rate; leave it out")
+    default = NEEDED_TYPE.get(content, "*")
+    return TopicEntry(raw["name"], content, message_type, direction, frame,
+                      float(raw.get("rate", 0.0)), Qos(**raw.get("qos", {})),
+                      _names(raw.get("bodies", default)), document.line(("topics", row)),
                       _names(raw.get("others", "all")),
                       reference_point if content in SENSORS else "")  # fmt: skip
 
 
-def _check_frame(frame: str, content: str, where: str, field_name: str) -> None:
+def _check_frame(
+    frame: str, content: str, field_name: str, refuse: Callable[[str, str], NoReturn]
+) -> None:
     if content in SENSORS:
         if _SENSOR_FRAME.fullmatch(frame):
             return
@@ -362,7 +352,7 @@ def _check_frame(frame: str, content: str, where: str, field_name: str) -> None:
         if frame in frames:
             return
         allowed = " or ".join(f for f in frames if f) or "none: leave it out"
-    raise TopicError(f"{where}: {field_name}: {frame!r} for {content}; allowed: {allowed}")
+    refuse(field_name, f"{frame!r} for {content}; allowed: {allowed}")
 
 
 def _names(chosen: str | list[str]) -> str | tuple[str, ...]:

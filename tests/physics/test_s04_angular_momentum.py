@@ -48,7 +48,7 @@ def test_free_rotation_keeps_L_to_the_bit_and_energy_to_rounding():
             world.step(steps // 60)
             worst = max(worst, abs(world.kinetic_energy / energy - 1))
         np.testing.assert_array_equal(world.angular_momentum, momentum)
-        assert worst <= 1e-13  # verification.md, first row
+        assert worst <= 1e-13  # what the accuracy table (make verify) asks for
 
 
 def test_free_rotation_follows_jacobis_closed_form():

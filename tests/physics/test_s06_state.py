@@ -36,7 +36,7 @@ def test_both_dt_give_the_same_attitude_after_a_minute():
         world, body = asymmetric("exact", dt)
         world.step(steps)
         attitudes.append(body.orientation)
-    # verification.md: a quaternion stored in double leaves about 1e-10; 1e-9 is asked for.
+    # a quaternion stored in double leaves about 1e-10; 1e-9 is asked for.
     assert angle_between(attitudes[0], attitudes[1]) <= 1e-9
     assert angle_between(attitudes[0], attitudes[2]) <= 1e-9
 

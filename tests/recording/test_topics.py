@@ -57,7 +57,11 @@ POSE = {"name": "~/bodies/NAME/pose", "content": "pose", "type": "geometry_msgs/
         (entry(rate=-1), ["3", "rate", "-1"]),
         (entry(rate=".inf"), ["3", "rate", "finite"]),
         (entry(rate="fast"), ["3", "rate", "fast"]),
-        (entry(colour="red"), ["3", "colour"]),
+        (entry(colour="red"), ["3", "unknown key colour"]),
+        (entry(qoss="{}"), ["3", "did you mean qos?"]),
+        (entry(content="clokc"), ["topic /clock: content is 'clokc' (did you mean clock?)"]),
+        (entry(**POSE | {"bodies": "[a, a]"}), ["3", "each once"]),
+        (entry().replace(", direction", ",\n     direction").replace("out", "in"), [":4: topic"]),
         (entry(type=None), ["3", "type", "required"]),
         (entry(frame="world"), ["3", "frame"]),
         (entry(qos="{depth: 0}"), ["3", "depth", "0"]),
@@ -86,3 +90,18 @@ def test_unknown_body_and_double_topic():
 def test_missing_file_says_so(tmp_path):
     with pytest.raises(TopicError, match="can't be read"):
         load_topics(tmp_path / "none.yaml")
+
+
+@pytest.mark.parametrize(("content", "body"), [("wrench", "ground"), ("cmd_pose", "box")])
+def test_inputs_for_bodies_that_cannot_take_them(content, body):
+    type_ = "geometry_msgs/msg/" + {"wrench": "WrenchStamped", "cmd_pose": "PoseStamped"}[content]
+    given = {"name": "~/bodies/NAME/x", "content": content, "type": type_, "direction": "in"}
+    table = parse_topics(entry(**given, bodies=f"[{body}]"), "t.yaml")
+    with pytest.raises(
+        TopicError, match=rf"t.yaml:3: .* but '{body}' is (static|dynamic): take it"
+    ):
+        table.expand(BODIES)
+    assert table.expand(BODIES, strict=False) == []  # bodies come and go: left out
+    # Left out of the file: the bodies that can.
+    (topic,) = parse_topics(entry(**given), "t.yaml").expand(BODIES)
+    assert topic.body == {"wrench": "box", "cmd_pose": "arm"}[content]

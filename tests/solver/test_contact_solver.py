@@ -18,7 +18,7 @@ def test_tower_carries_its_weight_on_four_equal_corners(count):
     assert solver.natural_map_residual(problem, solution) <= 1e-13
     weight_above = (count - np.arange(count)) * GRAVITY * DT
     normal = solution.impulse[:, 0].reshape(count, 4)
-    # verification.md: force sums to 1e-12; corners share evenly to the same.
+    # the accuracy table (make verify): force sums to 1e-12; corners share evenly to the same.
     assert np.abs(normal.sum(axis=1) / weight_above - 1).max() <= 1e-12
     assert np.abs(normal / (weight_above[:, None] / 4) - 1).max() <= 1e-12
     assert np.abs(solution.velocity).max() <= 1e-13 * count * GRAVITY * DT

@@ -31,7 +31,7 @@ def test_kane_and_painleve_rods_lose_energy(law, restitution, friction, tangent)
         b = rod(tangent, velocity, spin, friction, restitution)
         arrays = b.arrays()
         solution, report = solver.apply_impact(b.problem(), law)
-        # design.md: 1e-12 of its scale.
+        # 1e-12 of its scale: rounding of a sum of a few products.
         assert report.conditions.worst() <= 1e-12
         before = kinetic_energy(arrays, arrays["velocity"])
         assert kinetic_energy(arrays, solution.velocity) <= before * (1 + 1e-12)

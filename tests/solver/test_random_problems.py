@@ -21,7 +21,7 @@ def check(seed: int, count: int) -> None:
         problem = b.problem()
         solution, report = solver.solve_contacts(problem)
         residual = solver.natural_map_residual(problem, solution)
-        # design.md: 1e-8 is the ceiling of every island.
+        # 1e-8 is the ceiling of every island (tolerance::residual_ceiling).
         if not residual <= 1e-8:
             failures.append((k, len(b.contacts), residual))
         rounding += residual <= 1e-12
@@ -69,7 +69,7 @@ def test_friction_loses_energy():
         arrays = b.arrays()
         solution, report = solver.solve_contacts(b.problem())
         before = kinetic_energy(arrays, arrays["velocity"])
-        # design.md: no contact solve raises kinetic energy, to 1e-12; plus what the residual leaves.
+        # docs/physics.md: no contact solve raises kinetic energy, to 1e-12; plus what the residual leaves.
         slack = 1e-12 + 10 * report.residual
         assert kinetic_energy(arrays, solution.velocity) <= before * (1 + slack)
 

@@ -56,7 +56,7 @@ def test_spinning_ball_bounces_off_a_rough_floor(law, friction):
     change = -u / size * min(friction * (1 + restitution) * abs(v[2]), 2 * size / 7)
     spin = np.cross(arm, mass * change) / (0.4 * mass * radius**2)
     solution, _ = solver.apply_impact(b.problem(), law)
-    # verification.md: 1e-12 of the speeds (order one) and spins (order ten).
+    # 1e-12 of the speeds (order one) and spins (order ten).
     assert np.abs(solution.velocity[0, :2] - v[:2] - change[:2]).max() <= 1e-12
     assert np.abs(solution.velocity[0, 3:] - w - spin).max() <= 1e-11
     assert abs(solution.velocity[0, 2] - restitution * 2) <= 1e-13

@@ -26,7 +26,7 @@ def test_one_wall_alone_leaves_the_other_blocked():
 
 
 def test_simultaneous_answer_sends_the_particle_back():
-    # A direct island ends at 1e-13 of its typical velocity (design.md).
+    # A direct island ends at 1e-13 of its typical velocity (tolerance::direct_residual).
     assert np.abs(after() - (0, LAM)).max() <= 1e-13 * LAM
 
 

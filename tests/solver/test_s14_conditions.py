@@ -21,7 +21,7 @@ def test_random_impacts_meet_all_conditions(law):
             c["restitution"] = epsilon if k % 2 else rng.uniform()
         arrays = b.arrays()
         solution, report = solver.apply_impact(b.problem(), law)
-        # design.md: energy to 1e-12 of its scale; the same for the rest, relative.
+        # energy to 1e-12 of its scale; the same for the rest, relative.
         assert report.conditions.worst() <= 1e-12, (k, report.conditions.worst())
         before = kinetic_energy(arrays, arrays["velocity"])
         assert kinetic_energy(arrays, solution.velocity) <= before * (1 + 1e-12)
@@ -78,7 +78,7 @@ def slip(c, v):
 def test_cradle_of_five():
     v = [1, 0, 0, 0, 0]
     out = {law: solver.apply_impact(cradle(v).problem(), law)[0].velocity[:, 0] for law in LAWS}
-    # verification.md: reflections to 1e-12; simultaneous keeps energy, not the motion.
+    # the accuracy table (make verify): reflections to 1e-12; simultaneous keeps energy, not the motion.
     assert np.abs(out[LAW.REFLECTIONS] - (0, 0, 0, 0, 1)).max() <= 1e-12
     assert np.abs(out[LAW.SIMULTANEOUS] - (-0.6, 0.4, 0.4, 0.4, 0.4)).max() <= 1e-12
 
@@ -105,7 +105,7 @@ def test_billiard_break_is_symmetric(law, rows):
     mirror = {tuple(np.round(p * (1, -1, 1), 9) + 0.0): k for k, p in enumerate(b.position)}
     for k, p in enumerate(b.position):
         other = velocity[mirror[tuple(np.round(p, 9) + 0.0)]]
-        # verification.md: symmetric to 1e-12 of the cue ball's speed.
+        # symmetric to 1e-12 of the cue ball's speed.
         assert np.abs(velocity[k, :2] - other[:2] * (1, -1)).max() <= 1e-12
     assert report.conditions.worst() <= 1e-12
     momentum = velocity[:, :3].sum(axis=0)

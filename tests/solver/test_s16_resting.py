@@ -24,7 +24,7 @@ def test_tower_rests_on_its_weight(method, count):
 
 def test_pivoting_shares_redundant_corners_evenly():
     force, _, _ = solver.resting_contact(tower(2, dt=1.0).problem())
-    # Least norm: four equal corners, verification.md's 1e-12.
+    # Least norm: four equal corners, to 1e-12, rounding of the solve.
     assert np.abs(force[:4] / (2 * GRAVITY / 4) - 1).max() <= 1e-12
 
 

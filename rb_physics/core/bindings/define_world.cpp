@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 
 #include <chrono>
+#include <utility>
 
 #include "bindings/arguments.hpp"
 #include "bindings/arrays.hpp"
@@ -158,6 +159,14 @@ void define_world(py::module_& m) {
       .def_property_readonly(
           "stats", [](const World& w) { return w.stats; },
           "Statistics of the last step (rb.Stats).")
+      .def(
+          "drain_worst",
+          [](World& w) {
+            const WorstOfSteps worst = std::exchange(w.worst, {});
+            return py::make_tuple(worst.residual, worst.max_penetration, worst.contacts);
+          },
+          "(residual, max_penetration, contacts): the largest of each, as in `stats`, over the steps "
+          "since the last call.")
       .def_property_readonly("time", &World::time, "s since the start or the last reset.")
       .def_property(
           "step_count", [](const World& w) { return w.step_count; },

@@ -79,6 +79,9 @@ void finish_step(World& world) {
     b.contact_moment += c.moment_b;
     if (world.keep_pair_impulses) add_to_pair(world.pair_impulses, c);
   }
+  world.worst.residual = std::fmax(world.worst.residual, world.stats.residual);
+  world.worst.max_penetration = std::fmax(world.worst.max_penetration, world.stats.max_penetration);
+  world.worst.contacts = std::max(world.worst.contacts, world.stats.contacts);
   for (Body& body : world.bodies) {
     body.contact_impulse_sum += body.contact_impulse;
     body.contact_moment_sum += body.contact_moment;

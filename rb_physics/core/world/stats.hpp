@@ -28,4 +28,11 @@ struct Stats {
   double step_time = 0.0;     // the whole step
 };
 
+// The worst of the steps since it was last asked for.
+struct WorstOfSteps {
+  double residual = 0.0;
+  double max_penetration = 0.0;  // m
+  int contacts = 0;
+};
+
 }  // namespace rb

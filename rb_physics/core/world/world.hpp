@@ -72,6 +72,7 @@ struct World {
   std::vector<double> travel;  // m a surface may move in the step beyond dt * v, per row
   bool geometry_dirty = true;  // something moved from outside: look for contacts again
   Stats stats;
+  WorstOfSteps worst;
 
   std::vector<RigidState>
       last_good;  // states at the start of the step: what a diverged step falls back to
