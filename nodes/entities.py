@@ -10,11 +10,12 @@ from urllib.parse import unquote, urlparse
 import numpy as np
 
 from rb_physics import checks
+from rb_physics import math as rotations
 from rb_physics.errors import SceneError
 from rb_physics.scene import parse_body
 
 from .frames import Pose, compose, frame_pose
-from .kinematic_inputs import UNIT_TOLERANCE, rotate
+from .kinematic_inputs import UNIT_TOLERANCE
 from .urdf_body import UrdfError, body_from_urdf, is_urdf
 from .wrench_inputs import Perform
 
@@ -125,14 +126,14 @@ def set_state(world: Any, name: str, state: Any, perform: Perform) -> None:
         raise EntityError("RESULT_OPERATION_FAILED", str(error)) from None
     position, orientation = compose(frame, _pose(state.pose, f"state of '{name}'"))
     linear, angular = (
-        rotate(frame[1], np.array([v.x, v.y, v.z]))
+        rotations.rotate(frame[1], np.array([v.x, v.y, v.z]))
         for v in (state.twist.linear, state.twist.angular)
     )
     if not np.isfinite([*linear, *angular]).all():
         raise EntityError("INVALID_POSE", f"the twist of '{name}' must be finite")
     velocities = {}
     if body.type != "static":
-        lever = rotate(orientation, np.array(body.center_of_mass))
+        lever = rotations.rotate(orientation, np.array(body.center_of_mass))
         velocities["linear_velocity"] = linear + np.cross(angular, lever)
         velocities["angular_velocity"] = angular
     perform("change_body", body=name, position=position, orientation=orientation, **velocities)

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .kinematic_inputs import multiply, rotate
+from rb_physics import math as rotations
+
 from .wrench_frames import COM, WORLD
 
 Pose = tuple[NDArray[np.float64], NDArray[np.float64]]  # position (3,) m, orientation (4,) x y z w
@@ -36,4 +37,6 @@ def frame_pose(world: Any, frame_id: str) -> Pose:
 
 def compose(a: Pose, b: Pose) -> Pose:
     """The pose in the world of what has the pose `b` in a frame whose own pose is `a`."""
-    return a[0] + rotate(a[1], np.asarray(b[0])), multiply(a[1], np.asarray(b[1]))
+    return a[0] + rotations.rotate(a[1], np.asarray(b[0])), rotations.quaternion_multiply(
+        a[1], np.asarray(b[1])
+    )

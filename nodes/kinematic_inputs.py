@@ -9,13 +9,15 @@ A commanded twist is kept until the next command or until it expires; then the b
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import ceil, isfinite
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from rb_physics import math as rotations
 
 from .refused import RefusedValueError, UnknownFrameError
 from .wrench_frames import COM, WORLD
@@ -65,7 +67,7 @@ class KinematicInputs:
 
     def set_timeout(self, timeout: float) -> None:
         """How long twists that arrive from now on are kept, s; 0 one step, -1 for ever."""
-        steps = max(1, math.ceil(timeout / self._dt - 1e-6))
+        steps = max(1, ceil(timeout / self._dt - 1e-6))
         self._hold_steps = None if timeout == FOREVER else steps
 
     def receive_pose(
@@ -77,7 +79,7 @@ class KinematicInputs:
         """
         self._check(body, "pose", frame_id, pose, [WORLD])
         position, orientation = np.array(pose[:3]), np.array(pose[3:])
-        norm = math.sqrt(float(orientation @ orientation))
+        norm = float(np.linalg.norm(orientation))
         if abs(norm - 1.0) > UNIT_TOLERANCE:
             raise RefusedValueError(
                 f"pose of body '{body}' refused: the norm of its quaternion is {norm:g}, "
@@ -133,11 +135,12 @@ class KinematicInputs:
         start_orientation = np.array(world[body].orientation)
         span = steps * self._dt
         com = self._com[body]
-        start_com = start_position + rotate(start_orientation, com)
-        goal_com = position + rotate(orientation, com)
+        start_com = start_position + rotations.rotate(start_orientation, com)
+        goal_com = position + rotations.rotate(orientation, com)
+        backwards = start_orientation * (-1.0, -1.0, -1.0, 1.0)
         self._motions[body] = Motion(
             (goal_com - start_com) / span,
-            rotation_vector(start_orientation, orientation) / span,
+            rotations.rotation_vector(rotations.quaternion_multiply(orientation, backwards)) / span,
             step + steps,
             (position, orientation),
             coast=coast,
@@ -202,7 +205,8 @@ class KinematicInputs:
                 linear, angular = motion.linear, motion.angular
                 if motion.turning:
                     orientation = world[body].orientation
-                    linear, angular = rotate(orientation, linear), rotate(orientation, angular)
+                    linear = rotations.rotate(orientation, linear)
+                    angular = rotations.rotate(orientation, angular)
                 perform("move", body=body, linear_velocity=linear, angular_velocity=angular)
         self._started.clear()
 
@@ -215,29 +219,7 @@ class KinematicInputs:
                 f"{given} refused for a {what} of body '{body}': "
                 f"header.frame_id must be one of {', '.join(frames)}"
             )
-        if not all(map(math.isfinite, values)):
+        if not all(map(isfinite, values)):
             raise RefusedValueError(
                 f"{what} of body '{body}' refused: {tuple(values)} must be finite"
             )
-
-
-def rotation_vector(start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rotation (axis times angle <= π, world axes, rad) that takes `start` to `end`."""
-    difference = multiply(end, start * np.array([-1.0, -1.0, -1.0, 1.0]))
-    if difference[3] < 0.0:
-        difference = -difference
-    sine = math.sqrt(float(difference[:3] @ difference[:3]))
-    if sine < 1e-12:
-        return 2.0 * difference[:3]
-    return difference[:3] * (2.0 * math.atan2(sine, difference[3]) / sine)
-
-
-def rotate(orientation: NDArray[np.float64], u: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`u` turned by the unit quaternion `orientation` (x, y, z, w)."""
-    cross = np.cross(orientation[:3], u)
-    return u + 2.0 * (orientation[3] * cross + np.cross(orientation[:3], cross))
-
-
-def multiply(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    vector = a[3] * b[:3] + b[3] * a[:3] + np.cross(a[:3], b[:3])
-    return np.array([*vector, a[3] * b[3] - a[:3] @ b[:3]])

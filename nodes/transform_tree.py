@@ -8,7 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .kinematic_inputs import UNIT_TOLERANCE, multiply, rotate
+from rb_physics import math as rotations
+
+from .kinematic_inputs import UNIT_TOLERANCE
 from .refused import RefusedValueError, UnknownFrameError
 from .wrench_frames import WORLD
 
@@ -61,8 +63,8 @@ class TransformTree:
                     f"'{WORLD}'"
                 )
             at, translation, rotation, stamp = self._parents[at]
-            position = translation + rotate(rotation, position)
-            orientation = multiply(rotation, orientation)
+            position = translation + rotations.rotate(rotation, position)
+            orientation = rotations.quaternion_multiply(rotation, orientation)
             newest = max(newest, stamp)
         raise UnknownFrameError(f"the transforms of frame '{frame}' go in a circle")
 

@@ -20,11 +20,11 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from rb_physics import math as rotations
 from rb_physics.errors import SceneError
 from rb_physics.mesh_file import inline_mesh
 
 from .frames import Pose, compose
-from .kinematic_inputs import multiply, rotate
 from .wrench_frames import WORLD
 
 _IDENTITY: Pose = (np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
@@ -246,7 +246,7 @@ def _masses(
         raise UrdfError("RESOURCE_PARSE_ERROR", f"{where}: inertial needs mass and inertia")
     center, turned = compose(pose, _pose(inertial.find("origin"), where))
     own = np.array([_numbers(inertia, key, 1, where)[0] for key in _INERTIA]).reshape(3, 3)
-    axes = np.column_stack([rotate(turned, unit) for unit in np.eye(3)])
+    axes = np.column_stack([rotations.rotate(turned, unit) for unit in np.eye(3)])
     return [(_numbers(mass, "value", 1, where)[0], center, axes @ own @ axes.T)]
 
 
@@ -278,7 +278,7 @@ def _pose(origin: ElementTree.Element | None, where: str) -> Pose:
     for axis in (2, 1, 0):  # about x first, then y, then z, all fixed
         quaternion = np.zeros(4)
         quaternion[axis], quaternion[3] = math.sin(rpy[axis] / 2), math.cos(rpy[axis] / 2)
-        turned = multiply(turned, quaternion)
+        turned = rotations.quaternion_multiply(turned, quaternion)
     return np.array(xyz), turned
 
 

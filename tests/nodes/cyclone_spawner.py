@@ -7,50 +7,14 @@ import json
 import os
 import sys
 import time
-from dataclasses import dataclass
 
-from cyclone_peer import Header, Pose, PoseArray, Quaternion, Time, Vector3, Wrench
+from cyclone_messages import Header, MultiDOFJointState, PoseArray, String, Time, Vector3, Wrench
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.annotations import final
-from cyclonedds.idl.types import sequence
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
-
-assert Pose  # what PoseArray is made of
-
-
-@final
-@dataclass
-class String(IdlStruct, typename="std_msgs::msg::dds_::String_"):
-    data: str
-
-
-@final
-@dataclass
-class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
-    translation: Vector3
-    rotation: Quaternion
-
-
-@final
-@dataclass
-class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
-    linear: Vector3
-    angular: Vector3
-
-
-@final
-@dataclass
-class MultiDOFJointState(IdlStruct, typename="sensor_msgs::msg::dds_::MultiDOFJointState_"):
-    header: Header
-    joint_names: sequence[str]
-    transforms: sequence[Transform]
-    twist: sequence[Twist]
-    wrench: sequence[Wrench]
 
 
 def main() -> None:
