@@ -185,6 +185,32 @@ def test_floor_of_pieces(pieces, shape, how):
         slide(world, shape, size, heading, 150, turn)
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-12])
+def test_a_particle_that_stops_over_a_seam(off):
+    """At the end of some steps it is exactly over the line between two pieces."""
+    world = rb.World(dt=2.0**-10)
+    rng = np.random.default_rng(3)
+    for k in range(8):
+        world.add_body(
+            rb.Box((2.0**-5, 1, 0.1)),
+            type="static",
+            name=f"piece{k}",
+            position=(k * 2.0**-4, 0, -0.1 + rng.uniform(-off, off)),
+            friction=0.0,
+        )
+    particle = world.add_body(
+        rb.Particle(),
+        mass=1.0,
+        name="particle",
+        position=(-(2.0**-6), 0, 2 * off),
+        linear_velocity=(1, 0, 0),
+        friction=0.0,
+    )
+    world.step(440)
+    assert abs(particle.linear_velocity[0] - 1.0) <= SEAM_FREE
+    assert abs(particle.position[2]) <= 1e-9  # the touch distance
+
+
 def test_a_step_is_felt():
     """A piece that stands out by more than the touch distance stops what runs into it."""
     world = rb.World(dt=1e-3)
