@@ -7,7 +7,6 @@
 #include "body/rk4.hpp"
 #include "contact/builder.hpp"
 #include "solver/contact_operators.hpp"
-#include "solver/impact_law.hpp"
 #include "world/contact_rates.hpp"
 #include "world/detect.hpp"
 #include "world/kinematic.hpp"
@@ -151,87 +150,6 @@ SolverSettings IslandAdvance::solver_settings() const {
     settings.max_sweeps = std::clamp(static_cast<int>(6e4 / nc), 12, 150);
   }
   return settings;
-}
-
-// Whether any active contact may approach faster than rest explains: bodies at rest are spared the
-// building of a problem. It errs to the safe side by more than rounding.
-bool IslandAdvance::approaches() const {
-  constexpr double surely = 0.5;  // of the resting speed
-  return std::any_of(active_.begin(), active_.end(), [&](std::int32_t i) {
-    const Contact& c = contacts[i];
-    const Body& a = world_.bodies[c.body_a];
-    const Body& b = world_.bodies[c.body_b];
-    const Vec3 point = place_of(world_.bodies, c).point;
-    const double approach = -c.point.normal.dot(relative_velocity(a, b, point));
-    const auto reach = [&](const Body& body) {  // m/s, speeds the relative velocity is made of
-      return body.linear_velocity().cwiseAbs().maxCoeff() +
-             body.angular_velocity().cwiseAbs().maxCoeff() *
-                 (point - body.state.x).cwiseAbs().maxCoeff();
-    };
-    return !(approach <= surely * tolerance::resting_speed && reach(a) + reach(b) < 1e4);
-  });
-}
-
-void IslandAdvance::strike() {
-  IslandWorkspace& work = work_;
-  bool struck = false;
-  bool rebounds = false;
-  active_.clear();
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (contacts[i].touching()) active_.push_back(static_cast<std::int32_t>(i));
-  }
-  if (active_.empty() || !approaches()) return;
-  const BodyIndex index{rows_, &world_.work.index_of, reference_};
-  build_bodies(world_.bodies, index, work.problem);
-  for (const std::int32_t i : active_) {
-    const Contact& c = contacts[i];
-    build_contact(world_.bodies, index, c, place_of(world_.bodies, c), work.problem);
-    ContactConstraint& k = work.problem.contacts.back();
-    const double approach = -relative_velocity(k, work.problem.velocity).x();
-    // Even a slow approach is met at once, without rebound: spread over the step it would overlap.
-    if (approach > tolerance::resting_speed) struck = true;
-    rebounds |= k.restitution * approach > tolerance::resting_speed &&
-                k.restitution * approach > rest_speed(c);
-  }
-  if (!struck) return;
-  // The Zeno rule. Where anything rebounds, contacts that rest now may be struck next: they keep
-  // their restitution.
-  if (!rebounds) {
-    for (ContactConstraint& k : work.problem.contacts) k.restitution = 0.0;
-  }
-  ImpactReport report;
-  if (rebounds) {
-    report = apply_impact(work.problem, world_.settings.impact_law, work.solution, work.solver);
-  } else {
-    // Without rebound all laws agree: the velocities nearest to v- that approach nowhere.
-    work.solution.impulse.clear();
-    work.solution.moment.clear();
-    work.solution.certificate.clear();
-    const SolveReport plain =
-        solve_contacts(work.problem, solver_settings(), work.solution, work.solver);
-    report.residual = plain.residual;
-    report.iterations = plain.sweeps + plain.newton_steps;
-  }
-  ++stats.impacts;
-  stats.residual = std::fmax(stats.residual, report.residual);
-  stats.iterations += report.iterations;
-  stats.energy_error = std::fmax(stats.energy_error, report.energy_gain);
-  for (std::size_t n = 0; n < active_.size(); ++n) {
-    Contact& c = contacts[active_[n]];
-    const ContactConstraint& k = work.problem.contacts[n];
-    const Vec3 impulse = k.frame.transpose() * work.solution.impulse[n];
-    Vec3 moment = Vec3::Zero();
-    if (!work.solution.moment.empty()) moment = k.frame.transpose() * work.solution.moment[n];
-    add_impulse(c, k, impulse, moment);
-    Body& a = world_.bodies[c.body_a];
-    a.state.p += impulse;
-    a.state.L += k.r_a.cross(impulse) + moment;
-    Body& b = world_.bodies[c.body_b];
-    if (b.is_dynamic()) {
-      b.state.p -= impulse;
-      b.state.L -= k.r_b.cross(impulse) + moment;
-    }
-  }
 }
 
 void IslandAdvance::carry(double tau, bool far_too) {
