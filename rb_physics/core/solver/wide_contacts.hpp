@@ -2,31 +2,16 @@
 // Contacts without rolling and spinning friction only.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "contact/problem.hpp"
+#include "math/crew.hpp"
 #include "solver/friction_cone.hpp"
 #include "solver/manifold_colours.hpp"
+#include "solver/wide_array.hpp"
 #include "solver/wide_kernel.hpp"
 
 namespace rb {
-
-// Doubles at addresses that suit the widest registers. Grows, never shrinks.
-class WideArray {
- public:
-  void resize(std::size_t n);  // old contents are lost when it grows
-  double* data() { return data_.get(); }
-  const double* data() const { return data_.get(); }
-  std::size_t size() const { return size_; }
-
- private:
-  struct Free {
-    void operator()(double* p) const;
-  };
-  std::unique_ptr<double[], Free> data_;
-  std::size_t size_ = 0, capacity_ = 0;
-};
 
 struct WideResidual {
   double absolute = 0.0;          // m/s, as the bias
@@ -37,30 +22,45 @@ struct WideResidual {
 
 class WideContacts {
  public:
-  // Lays the problem out with the coefficients of `cones`.
-  void load(const ContactProblem& problem, const std::vector<FrictionCone>& cones);
+  // Threads that share the work from now on; null: none but the caller's.
+  void use(Workers* workers) { workers_ = workers; }
+  // Calls lead(), within which everything below is shared among the threads.
+  template <class Lead>
+  void together(const Lead& lead) {
+    crew_.run(workers_, lead);
+  }
 
+  // Lays the problem out, with the coefficients of `cones` or none.
+  void load(const ContactProblem& problem, const std::vector<FrictionCone>& cones);
   void load_frictionless(const ContactProblem& problem);
 
+  // And the velocities they make.
+  void set_impulses(const std::vector<Vec3>& impulse);
   void clear_impulses();
-  void set_impulses(const std::vector<Vec3>& impulse);  // and the velocities they make
   void impulses(std::vector<Vec3>& impulse) const;
   void velocities(std::vector<Vec6>& v) const;
 
-  void sweep(bool backward);
-  WideResidual measure() const;
-  // One sweep and a step of the nonsmooth nonlinear conjugate gradient method; `restart` leaves it
-  // a plain sweep.
+  void sweep();
+  WideResidual measure();
+  // One sweep and a step of the nonsmooth nonlinear conjugate gradient method; `restart` leaves it a
+  // plain sweep.
   void accelerated_sweep(bool restart);
-  // Velocities anew from the impulses: rounding of many sweeps out.
-  void refresh();
 
  private:
-  wide::View view() const;
+  wide::View view();
   void lay_out(const ContactProblem& problem, const std::vector<FrictionCone>* cones);
+  void fill_group(const ContactProblem& problem, const std::vector<FrictionCone>* cones, int colour,
+                  std::int32_t group);
+  void start_acceleration();
   template <class Call>
-  void for_colours(bool backward, const Call& call) const;
+  void for_colours(const Call& call);
+  template <class Call>
+  void for_groups(const Call& call);
+  template <class Call>
+  void for_blocks(std::size_t n, const Call& call);
 
+  Workers* workers_ = nullptr;
+  Crew crew_;
   const wide::Kernel* kernel_ = nullptr;
   ManifoldColours colours_;
   std::vector<wide::Group> groups_;
@@ -68,8 +68,11 @@ class WideContacts {
   std::vector<std::int32_t> place_;         // of a contact: its first double in `impulse_`
   std::int32_t nobody_ = 0;
   bool frictionless_ = false;
-  mutable WideArray manifolds_, points_, impulse_, velocity_, free_;
-  WideArray saved_impulse_, saved_velocity_, direction_, velocity_direction_;
+  double typical_free_ = 0.0;  // m/s
+  WideArray manifolds_, points_, impulse_, velocity_, free_;
+  WideArray last_impulse_, last_velocity_, direction_, velocity_direction_;
+  std::vector<double> partial_;
+  std::vector<wide::Measure> measured_;
   double last_sq_ = 0.0;
 };
 

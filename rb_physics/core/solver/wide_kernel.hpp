@@ -65,10 +65,17 @@ struct Kernel {
   void (*prepare)(const View&, std::int32_t begin, std::int32_t end);
   // velocity += M^-1 J^T impulse
   void (*apply)(const View&, std::int32_t begin, std::int32_t end);
-  // One Gauss-Seidel sweep over groups begin ... end - 1, or backward.
-  void (*sweep)(const View&, std::int32_t begin, std::int32_t end, bool backward);
-  void (*sweep_frictionless)(const View&, std::int32_t begin, std::int32_t end, bool backward);
-  void (*measure)(const View&, std::int32_t begin, std::int32_t end, double noise, Measure*);
+  // One Gauss-Seidel sweep over groups begin ... end - 1.
+  void (*sweep)(const View&, std::int32_t begin, std::int32_t end);
+  void (*sweep_frictionless)(const View&, std::int32_t begin, std::int32_t end);
+  // `typical` as far as it does not depend on the impulses; noise as in residual.cpp.
+  void (*measure_free)(const View&, std::int32_t begin, std::int32_t end, double noise, Measure*);
+  void (*measure)(const View&, std::int32_t begin, std::int32_t end, Measure*);
+  // Of arrays, elements begin ... end - 1, whole eights: |x - y|^2; and
+  //   direction := beta direction + (x - last),  x := x + beta old direction,  last := x
+  double (*difference_sq)(const double* x, const double* y, std::int64_t begin, std::int64_t end);
+  void (*extrapolate)(double* x, double* last, double* direction, double beta, std::int64_t begin,
+                      std::int64_t end);
 };
 
 const Kernel& kernel_base();

@@ -22,6 +22,12 @@ RB_INLINE void store(double* p, Wide x) { *reinterpret_cast<Wide*>(p) = x; }
 RB_INLINE Wide all(double x) { return Wide{x, x, x, x, x, x, x, x}; }
 RB_INLINE Wide greater(Wide x, Wide y) { return x > y ? x : y; }  // y where x is NaN
 
+RB_INLINE bool none(Mask m) {
+  m |= __builtin_shufflevector(m, m, 4, 5, 6, 7, 0, 1, 2, 3);
+  m |= __builtin_shufflevector(m, m, 2, 3, 0, 1, 6, 7, 4, 5);
+  return (m[0] | m[1]) == 0;
+}
+
 RB_INLINE Wide square_root(Wide x) {
 #if defined(__AVX512F__)
   return reinterpret_cast<Wide>(_mm512_sqrt_pd(reinterpret_cast<__m512d>(x)));
@@ -216,6 +222,11 @@ RB_INLINE Vector solve_slot(double* p, Vector u, Vector l) {
   const Wide limit = mu * stick_n;
   const Mask sticks = (stick_n > zero) & (stick1 * stick1 + stick2 * stick2 <= limit * limit);
 
+  const Mask closed = a > zero;  // false in lanes left over
+  if (none(closed & ~sticks)) {  // nobody slides
+    store(p + 8 * kSlipRatio, zero);
+    return {closed ? stick_n : zero, closed ? stick1 : zero, closed ? stick2 : zero};
+  }
   const Wide q1 = slip1 - (p11 * l.y + p12 * l.z);
   const Wide q2 = slip2 - (p12 * l.y + p22 * l.z);
   const Wide plain = l.x - normal;
@@ -238,7 +249,6 @@ RB_INLINE Vector solve_slot(double* p, Vector u, Vector l) {
     const Wide against = -(left1 * e1 + left2 * e2);
     beta = (against > zero) & (s > zero) ? against / s : zero;
   }
-  const Mask closed = a > zero;  // false in lanes left over
   store(p + 8 * kSlipRatio, sticks ? zero : beta);
   Vector next{sticks ? stick_n : n, sticks ? stick1 : s1, sticks ? stick2 : s2};
   next.x = closed ? next.x : zero;
@@ -247,15 +257,15 @@ RB_INLINE Vector solve_slot(double* p, Vector u, Vector l) {
   return next;
 }
 
-void sweep(const View& s, std::int32_t begin, std::int32_t end, bool backward) {
+void sweep(const View& s, std::int32_t begin, std::int32_t end) {
   for (std::int32_t i = begin; i < end; ++i) {
-    const Group& group = s.groups[backward ? end - 1 - (i - begin) : i];
+    const Group& group = s.groups[i];
     const double* m = s.manifolds + 8 * static_cast<std::int64_t>(group.manifold);
     const Frame f = load_frame(m);
     Motion a = gather(s.velocity, group.a);
     Motion b = gather(s.velocity, group.b);
     for (std::int32_t j = 0; j < group.slots; ++j) {
-      const std::int64_t slot = group.slot + (backward ? group.slots - 1 - j : j);
+      const std::int64_t slot = group.slot + j;
       double* p = s.points + 8 * kSlotRows * slot;
       double* lambda = s.impulse + 24 * slot;
       const Vector arm_a = load_vector(p + 8 * kArmA);
@@ -273,15 +283,15 @@ void sweep(const View& s, std::int32_t begin, std::int32_t end, bool backward) {
   }
 }
 
-void sweep_frictionless(const View& s, std::int32_t begin, std::int32_t end, bool backward) {
+void sweep_frictionless(const View& s, std::int32_t begin, std::int32_t end) {
   for (std::int32_t i = begin; i < end; ++i) {
-    const Group& group = s.groups[backward ? end - 1 - (i - begin) : i];
+    const Group& group = s.groups[i];
     const double* m = s.manifolds + 8 * static_cast<std::int64_t>(group.manifold);
     const Vector n = load_vector(m + 8 * kFrame);
     Motion a = gather(s.velocity, group.a);
     Motion b = gather(s.velocity, group.b);
     for (std::int32_t j = 0; j < group.slots; ++j) {
-      const std::int64_t slot = group.slot + (backward ? group.slots - 1 - j : j);
+      const std::int64_t slot = group.slot + j;
       double* p = s.points + 8 * kSlotRows * slot;
       double* lambda = s.impulse + 24 * slot;
       const Vector arm_a = load_vector(p + 8 * kArmA);
@@ -304,8 +314,31 @@ RB_INLINE double greatest_lane(Wide x) {
   return most;
 }
 
-// See residual.cpp: the same natural map, for cones without moments.
-void measure(const View& s, std::int32_t begin, std::int32_t end, double noise, Measure* out) {
+// See residual.cpp: the same natural map and scale, for cones without moments.
+void measure_free(const View& s, std::int32_t begin, std::int32_t end, double noise, Measure* out) {
+  const Wide zero = all(0.0);
+  Wide typical = zero;
+  for (std::int32_t g = begin; g < end; ++g) {
+    const Group& group = s.groups[g];
+    const double* m = s.manifolds + 8 * static_cast<std::int64_t>(group.manifold);
+    const Vector n = load_vector(m + 8 * kFrame);
+    const Motion a = gather(s.velocity_free, group.a);
+    const Motion b = gather(s.velocity_free, group.b);
+    const Wide v_a = norm(a.v), w_a = norm(a.w), v_b = norm(b.v), w_b = norm(b.w);
+    for (std::int32_t k = 0; k < group.slots; ++k) {
+      const double* p = s.points + 8 * kSlotRows * static_cast<std::int64_t>(group.slot + k);
+      const Vector arm_a = load_vector(p + 8 * kArmA);
+      const Vector arm_b = load_vector(p + 8 * kArmB);
+      const Wide approach = -(dot(n, slip(a, b, arm_a, arm_b)) + load(p + 8 * kBias));
+      const Wide surface = (v_a + w_a * norm(arm_a)) + (v_b + w_b * norm(arm_b));
+      const Wide speed = greater(approach, all(noise) * surface);
+      typical = load(p + 8 * kMass) > zero ? greater(speed, typical) : typical;
+    }
+  }
+  *out = {0.0, greatest_lane(typical), 0.0};
+}
+
+void measure(const View& s, std::int32_t begin, std::int32_t end, Measure* out) {
   const Wide zero = all(0.0);
   Wide worst = zero, typical = zero, operand = zero;
   for (std::int32_t g = begin; g < end; ++g) {
@@ -314,23 +347,18 @@ void measure(const View& s, std::int32_t begin, std::int32_t end, double noise, 
     const Frame f = load_frame(m);
     const Motion a = gather(s.velocity, group.a);
     const Motion b = gather(s.velocity, group.b);
-    const Motion a0 = gather(s.velocity_free, group.a);
-    const Motion b0 = gather(s.velocity_free, group.b);
     const Wide v_a = norm(a.v), w_a = norm(a.w), v_b = norm(b.v), w_b = norm(b.w);
-    const Wide v_a0 = norm(a0.v), w_a0 = norm(a0.w), v_b0 = norm(b0.v), w_b0 = norm(b0.w);
     for (std::int32_t k = 0; k < group.slots; ++k) {
       const std::int64_t slot = group.slot + k;
       const double* p = s.points + 8 * kSlotRows * slot;
       const Vector arm_a = load_vector(p + 8 * kArmA);
       const Vector arm_b = load_vector(p + 8 * kArmB);
-      const Vector bias = load_vector(p + 8 * kBias);
-      const Vector u = into(f, slip(a, b, arm_a, arm_b)) + bias;
-      const Wide free = dot(f.n, slip(a0, b0, arm_a, arm_b)) + bias.x;
+      const Vector u = into(f, slip(a, b, arm_a, arm_b)) + load_vector(p + 8 * kBias);
       const Wide w_nn = load(p + 8 * kMass);
       const Mask used = w_nn > zero;
       const Wide c1 = load(p + 8 * kCoupling), c2 = load(p + 8 * (kCoupling + 1));
       const Wide plane = load(p + 8 * kPlane) + load(p + 8 * (kPlane + 2));
-      const Wide w = (w_nn + (plane + w_nn * (c1 * c1 + c2 * c2))) / all(3.0);
+      const Wide w = (w_nn + (plane + w_nn * (c1 * c1 + c2 * c2))) * all(1.0 / 3.0);
       const Vector l = w * load_vector(s.impulse + 24 * slot);
       const Wide mu = load(p + 8 * kFriction);
       // Projection of w l - u~ on the cone.
@@ -344,20 +372,38 @@ void measure(const View& s, std::int32_t begin, std::int32_t end, double noise, 
       const Wide n = inside ? x : cut;
       const Wide scale = inside ? all(1.0) : (t > zero ? mu * cut / t : zero);
       const Vector r = l - Vector{n, scale * y, scale * z};
-      const Wide arm_long_a = norm(arm_a), arm_long_b = norm(arm_b);
-      const Wide miss = used ? norm(r) : zero;
+      const Wide miss = used ? dot(r, r) : zero;
       worst = miss <= worst ? worst : miss;  // keeps NaN
-      const Wide surface = (v_a0 + w_a0 * arm_long_a) + (v_b0 + w_b0 * arm_long_b);
-      Wide speed = greater(norm(l), -free);
-      speed = greater(speed, all(noise) * surface);
-      typical = used ? greater(speed, typical) : typical;
-      Wide reach = greater(v_a + w_a * arm_long_a, v_b + w_b * arm_long_b);
-      operand = used ? greater(reach, operand) : operand;
+      typical = used ? greater(dot(l, l), typical) : typical;
+      const Wide reach_a = v_a + w_a * norm(arm_a), reach_b = v_b + w_b * norm(arm_b);
+      operand = used ? greater(greater(reach_a, reach_b), operand) : operand;
     }
   }
   double miss = worst[0];
   for (int l = 1; l < kLanes; ++l) miss = worst[l] <= miss ? miss : worst[l];
-  *out = {miss, greatest_lane(typical), greatest_lane(operand)};
+  *out = {__builtin_sqrt(miss), __builtin_sqrt(greatest_lane(typical)), greatest_lane(operand)};
+}
+
+// Eight sums side by side, then pairwise.
+double difference_sq(const double* x, const double* y, std::int64_t begin, std::int64_t end) {
+  Wide s = all(0.0);
+  for (std::int64_t i = begin; i < end; i += kLanes) {
+    const Wide d = load(x + i) - load(y + i);
+    s = s + d * d;
+  }
+  return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+}
+
+void extrapolate(double* x, double* last, double* direction, double beta, std::int64_t begin,
+                 std::int64_t end) {
+  for (std::int64_t i = begin; i < end; i += kLanes) {
+    const Wide push = all(beta) * load(direction + i);
+    const Wide here = load(x + i);
+    const Wide next = here + push;
+    store(direction + i, push + (here - load(last + i)));
+    store(x + i, next);
+    store(last + i, next);
+  }
 }
 
 }  // namespace
