@@ -16,6 +16,7 @@
 #include "solver/normal_impact.hpp"
 #include "solver/residual.hpp"
 #include "solver/resting.hpp"
+#include "solver/wide_level.hpp"
 
 namespace py = pybind11;
 
@@ -236,6 +237,21 @@ void define_solver(py::module_& parent) {
   define_report(m);
   define_impact(m);
   define_resting(m);
+  m.def(
+      "simd_levels",
+      [] {
+        py::dict out;
+        for (const wide::Level& level : wide::levels()) out[level.name.c_str()] = level.available;
+        return out;
+      },
+      "Instruction sets the loops of large islands were built for, narrowest first, and whether "
+      "this\n"
+      "machine has them: {name: bool}.");
+  m.def(
+      "simd_level", [] { return std::string(wide::chosen_kernel().level); }, "The one in use.");
+  m.def("choose_simd_level", &wide::choose_level, py::arg("name"),
+        "Use another from now on, in the whole process; bits do not depend on it. ValueError if\n"
+        "this machine does not have it.");
   m.def(
       "solve_contacts",
       [](const ContactProblem& problem, const std::optional<ContactSolution>& warm_start,

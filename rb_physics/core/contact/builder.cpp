@@ -24,8 +24,8 @@ ContactPlace place_of(const std::vector<Body>& bodies, const Contact& contact) {
           bodies[contact.body_a].state.x, bodies[contact.body_b].state.x};
 }
 
-void build_contact(const std::vector<Body>& bodies, const BodyIndex& index, const Contact& contact,
-                   const ContactPlace& place, ContactProblem& out) {
+ContactConstraint make_constraint(const std::vector<Body>& bodies, const BodyIndex& index,
+                                  const Contact& contact, const ContactPlace& place) {
   const Body& b = bodies[contact.body_b];
   ContactConstraint c;
   c.a = (*index.index_of)[contact.body_a];
@@ -44,7 +44,12 @@ void build_contact(const std::vector<Body>& bodies, const BodyIndex& index, cons
   c.rolling_friction = contact.material.rolling_friction;
   c.spinning_friction = contact.material.spinning_friction;
   c.restitution = contact.material.restitution;
-  out.contacts.push_back(c);
+  return c;
+}
+
+void build_contact(const std::vector<Body>& bodies, const BodyIndex& index, const Contact& contact,
+                   const ContactPlace& place, ContactProblem& out) {
+  out.contacts.push_back(make_constraint(bodies, index, contact, place));
 }
 
 Vec3 relative_velocity(const Body& a, const Body& b, const Vec3& point) {

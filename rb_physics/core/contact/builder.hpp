@@ -31,8 +31,11 @@ struct ContactPlace {
 };
 ContactPlace place_of(const std::vector<Body>& bodies, const Contact& contact);
 
-// Appends one contact: frame, arms, friction, and the bias that carries the velocity of an
-// immovable B.
+// One contact: frame, arms, friction, and the bias that carries the velocity of an immovable B.
+ContactConstraint make_constraint(const std::vector<Body>& bodies, const BodyIndex& index,
+                                  const Contact& contact, const ContactPlace& place);
+
+// The same, appended.
 void build_contact(const std::vector<Body>& bodies, const BodyIndex& index, const Contact& contact,
                    const ContactPlace& place, ContactProblem& out);
 

@@ -1,7 +1,8 @@
 // Threads that go through many short phases together, with hardly any time between two of them: one
 // leads and hands out pieces, the others help with whatever is handed out and wait on the processor
-// for more. Helpers need not be there: who comes late joins the present phase. As with Workers, pieces
-// of a phase must not depend on each other; then results don't depend on the count of threads.
+// for more. Helpers need not be there: who comes late joins the present phase. As with Workers,
+// pieces of a phase must not depend on each other; then results don't depend on the count of
+// threads.
 #pragma once
 
 #include <atomic>
@@ -13,6 +14,9 @@ namespace rb {
 
 class Crew {
  public:
+  Crew() = default;
+  Crew(Crew&&) noexcept {}  // of a crew at rest there is nothing to move
+
   // Calls lead() once, on one thread; the others of the pool help. workers may be null: no helpers.
   template <class Lead>
   void run(Workers* workers, const Lead& lead) {
@@ -51,9 +55,9 @@ class Crew {
   bool take_one();
 
   std::atomic<bool> open_{false};
-  bool helped_ = false;                    // the leader's
-  std::atomic<std::uint64_t> ticket_{0};   // phase (24 bits), its pieces (20), the next one (20)
-  std::atomic<std::int32_t> done_{0};      // pieces of the phase
+  bool helped_ = false;                   // the leader's
+  std::atomic<std::uint64_t> ticket_{0};  // phase (24 bits), its pieces (20), the next one (20)
+  std::atomic<std::int32_t> done_{0};     // pieces of the phase
   const void* piece_ = nullptr;
   Call call_ = nullptr;
 };

@@ -215,8 +215,6 @@ struct Solve {
   // (Silcowitz, Niebe & Erleben 2010), which takes the change of one sweep for the gradient.
   void iterate() {
     constexpr int look = 16;  // sweeps between two measurements
-    ws.wide.load(problem, ws.cones);
-    ws.wide.set_impulses(io.impulse);
     WideResidual r;
     const auto measure_wide = [&] {
       r = ws.wide.measure();
@@ -225,16 +223,22 @@ struct Solve {
       floor = r.floor;
       target = std::max(settings.tolerance, floor);
     };
-    measure_wide();
-    for (int k = 1; k <= settings.max_sweeps && !out_of_work(); ++k) {
-      if (report.residual <= std::max(target, settings.enough)) break;
-      const bool last = k == settings.max_sweeps || k % look == 0;
-      ws.wide.accelerated_sweep(last);
-      ++report.sweeps;
-      work += static_cast<double>(problem.contacts.size());
-      if (last) measure_wide();
-    }
-    if (report.work_exhausted) measure_wide();
+    ws.wide.together([&] {
+      ws.wide.load(problem, ws.cones);
+      ws.wide.set_impulses(io.impulse);
+      measure_wide();
+      report.start_residual = report.residual;
+      report.typical_velocity = r.typical_velocity;
+      for (int k = 1; k <= settings.max_sweeps && !out_of_work(); ++k) {
+        if (report.residual <= std::max(target, settings.enough)) break;
+        const bool last = k == settings.max_sweeps || k % look == 0;
+        ws.wide.accelerated_sweep(last);
+        ++report.sweeps;
+        work += static_cast<double>(problem.contacts.size());
+        if (last) measure_wide();
+      }
+      if (report.work_exhausted) measure_wide();
+    });
     ws.wide.impulses(io.impulse);
     ws.wide.velocities(ws.v);
     if (!out_of_work() && release_sliding(r.typical_velocity)) return iterate();

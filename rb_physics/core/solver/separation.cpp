@@ -6,13 +6,15 @@ SeparationReport separate_bodies(const ContactProblem& problem, double slack, in
                                  WideContacts& wide, std::vector<Vec6>& displacement) {
   constexpr int look = 8;  // sweeps between two measurements
   SeparationReport report;
-  wide.load_frictionless(problem);
-  wide.clear_impulses();
-  do {
-    for (int k = 1; k <= look; ++k) wide.accelerated_sweep(k == look);
-    report.sweeps += look;
-    report.left = wide.measure().absolute;
-  } while (report.left > slack && report.sweeps < most_sweeps);
+  wide.together([&] {
+    wide.load_frictionless(problem);
+    wide.clear_impulses();
+    do {
+      for (int k = 1; k <= look; ++k) wide.accelerated_sweep(k == look);
+      report.sweeps += look;
+      report.left = wide.measure().absolute;
+    } while (report.left > slack && report.sweeps < most_sweeps);
+  });
   wide.velocities(displacement);
   return report;
 }

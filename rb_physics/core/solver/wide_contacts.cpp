@@ -51,9 +51,8 @@ template <class Call>
 void WideContacts::for_groups(const Call& call) {
   constexpr std::int32_t block = 8 * kGroupBlock;
   const auto n = static_cast<std::int32_t>(groups_.size());
-  crew_.share((n + block - 1) / block, [&](std::int32_t k) {
-    call(k, k * block, std::min(n, (k + 1) * block));
-  });
+  crew_.share((n + block - 1) / block,
+              [&](std::int32_t k) { call(k, k * block, std::min(n, (k + 1) * block)); });
 }
 
 // call(k, begin, end) of an array of n numbers, in blocks.

@@ -42,8 +42,8 @@ class WideContacts {
 
   void sweep();
   WideResidual measure();
-  // One sweep and a step of the nonsmooth nonlinear conjugate gradient method; `restart` leaves it a
-  // plain sweep.
+  // One sweep and a step of the nonsmooth nonlinear conjugate gradient method; `restart` leaves it
+  // a plain sweep.
   void accelerated_sweep(bool restart);
 
  private:

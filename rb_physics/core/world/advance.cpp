@@ -146,8 +146,8 @@ SolverSettings IslandAdvance::solver_settings() const {
   if (is_large_island(active_.size())) {
     const auto nc = static_cast<double>(active_.size());
     // A factorisation must not cost more than a few sweeps, as in a tower.
-    settings.max_factor_work = std::fmin(settings.max_factor_work, 300.0 * nc);
-    settings.max_sweeps = std::clamp(static_cast<int>(6e4 / nc), 12, 150);
+    settings.max_factor_work = std::fmin(settings.max_factor_work, 150.0 * nc);
+    settings.max_sweeps = std::clamp(static_cast<int>(6e4 / nc), 8, 150);
   }
   return settings;
 }

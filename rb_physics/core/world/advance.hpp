@@ -45,6 +45,7 @@ class IslandAdvance {
  private:
   void run_in_one_solve(double h);  // world/one_solve.cpp
   bool rebounds() const;
+  void hold(double h, Workers* workers);
   void close_gaps(double h);
   // Impacts at the present instant: touching contacts that approach faster than rest explains (S13,
   // S14).

@@ -41,10 +41,20 @@ void add_stats(Stats& sum, const Stats& more) {
   sum.islands += more.islands;
 }
 
+// A large island that has every contact of the world, all of them active: the list serves as it is,
+// and is never found again on the way.
+bool is_all_there_is(const World& world, std::span<const std::int32_t> edges) {
+  return world.settings.stepper == Stepper::FIXED && is_large_island(edges.size()) &&
+         edges.size() == world.contacts.size() &&
+         std::all_of(world.contacts.begin(), world.contacts.end(),
+                     [](const Contact& c) { return c.active(); });
+}
+
 void advance_island(World& world, const Island& island, IslandWorkspace& work) {
   if (sleeps(world, island)) return;
   IslandAdvance advance(world, world.islands.bodies(island), work);
   const auto edges = world.islands.edges(island);
+  const bool all = is_all_there_is(world, edges);
   for (const std::int32_t i : edges) {
     const Contact& c = world.contacts[i];
     if (advance.pairs.empty() || advance.pairs.back().a != c.collider_a ||
@@ -52,17 +62,20 @@ void advance_island(World& world, const Island& island, IslandWorkspace& work) {
       advance.pairs.push_back({c.collider_a, c.collider_b});
     }
     if (c.active()) {
-      advance.contacts.push_back(c);
+      if (!all) advance.contacts.push_back(c);
     } else if (c.role == ContactRole::COVERED) {
       advance.covered.push_back({c.collider_a, c.collider_b});
     }
   }
+  if (all) advance.contacts.swap(world.contacts);
   if (!edges.empty()) advance.stats.islands = 1;
   {
     const IterationCapCounter caps(advance.stats.queries_capped);
     advance.run(world.settings.dt);
   }
-  if (advance.found_again) {
+  if (all) {
+    world.contacts.swap(advance.contacts);
+  } else if (advance.found_again) {
     for (const std::int32_t i : edges) world.work.replaced[i] = 1;
     work.any_replaced = true;
     work.replaced.insert(work.replaced.end(), advance.contacts.begin(), advance.contacts.end());
@@ -89,7 +102,9 @@ void advance_in_parallel(World& world) {
   const std::vector<Island>& islands = world.islands.all();
   work.alone.clear();
   for (std::size_t k = 0; k < islands.size(); ++k) {
-    if (meets_kinematic(world, islands[k])) work.alone.push_back(static_cast<std::int32_t>(k));
+    const bool shares = is_large_island(world.islands.edges(islands[k]).size());
+    if (shares || meets_kinematic(world, islands[k]))
+      work.alone.push_back(static_cast<std::int32_t>(k));
   }
   const std::size_t block = std::max<std::size_t>(1, islands.size() / (16 * work.threads.size()));
   Workers& workers = workers_of(world);

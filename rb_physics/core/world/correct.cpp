@@ -12,6 +12,7 @@
 #include "world/advance.hpp"
 #include "world/detect.hpp"
 #include "world/sleep.hpp"
+#include "world/step.hpp"
 
 namespace rb {
 
@@ -71,6 +72,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   }
   if (is_large_island(problem.contacts.size())) {
     constexpr int most_sweeps = 40;
+    work.solver.wide.use(world.settings.threads > 1 ? &workers_of(world) : nullptr);
     separate_bodies(problem, 0.01 * deepest, most_sweeps, work.solver.wide, work.velocity_before);
     for (std::size_t k = 0; k < rows.size(); ++k) {
       shift_body(world.bodies[rows[k]], work.velocity_before[k]);

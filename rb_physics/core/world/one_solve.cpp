@@ -4,29 +4,121 @@
 #include <algorithm>
 #include <cmath>
 
+#include "body/free_motion.hpp"
 #include "math/tolerances.hpp"
 #include "solver/contact_operators.hpp"
 #include "solver/separation.hpp"
 #include "world/advance.hpp"
 #include "world/correct.hpp"
+#include "world/step.hpp"
 
 namespace rb {
 
+namespace {
+
+constexpr std::size_t kBlock = 256;  // contacts or bodies a thread takes at once
+
+// piece(begin, end) over blocks of [0, n).
+template <class Piece>
+void in_blocks(Workers* workers, std::size_t n, const Piece& piece) {
+  if (workers == nullptr) return piece(std::size_t{0}, n);
+  workers->run((n + kBlock - 1) / kBlock,
+               [&](int, std::size_t k) { piece(k * kBlock, std::min(n, (k + 1) * kBlock)); });
+}
+
+bool has_moments(const Contact& c) {
+  return c.material.rolling_friction > 0.0 || c.material.spinning_friction > 0.0;
+}
+
+}  // namespace
+
 void IslandAdvance::run_in_one_solve(double h) {
+  Workers* workers = world_.settings.threads > 1 ? &workers_of(world_) : nullptr;
+  work_.solver.wide.use(workers);
   find_partners();
   if (rebounds()) strike();
-  carry(h, true);
-  mark();
-  book();
   shift_.clear();
-  for (std::size_t k = 0; k < rows_.size(); ++k) {
-    const Body& body = world_.bodies[rows_[k]];
-    Vec6 before;
-    before << body.linear_velocity() - reference_, body.angular_velocity();
-    shift_.push_back((0.5 * h) * (work_.solution.velocity[k] - before));
+  shift_.resize(rows_.size());
+  mark();
+  if (std::any_of(contacts.begin(), contacts.end(), has_moments)) {
+    carry(h, true);
+    book();
+  } else {
+    hold(h, workers);
   }
+  in_blocks(workers, rows_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const Body& body = world_.bodies[rows_[k]];
+      Vec6 before;
+      before << body.linear_velocity() - reference_, body.angular_velocity();
+      shift_[k] = (0.5 * h) * (work_.solution.velocity[k] - before);
+    }
+  });
   move(h);
   close_gaps(h);
+  work_.solver.wide.use(nullptr);
+}
+
+// What `carry` and `book` do for small islands, with every gap within reach and nothing else to
+// look for: sweeps end before the last digits that the rest would need.
+void IslandAdvance::hold(double h, Workers* workers) {
+  const std::size_t nc = contacts.size();
+  const BodyIndex index{rows_, &world_.work.index_of, reference_};
+  ContactProblem& problem = work_.problem;
+  ContactSolution& solution = work_.solution;
+  build_bodies(world_.bodies, index, problem);
+  in_blocks(workers, rows_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const Body& body = world_.bodies[rows_[k]];
+      total_[k] = world_.applied[rows_[k]];
+      const RigidState after = move_free(body.state, body.inertia, total_[k], h);
+      problem.velocity[k] << linear_velocity(after, body.inertia) - reference_,
+          angular_velocity(after, body.inertia);
+    }
+  });
+  problem.contacts.resize(nc);
+  solution.impulse.resize(nc);
+  active_.resize(nc);
+  in_blocks(workers, nc, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Contact& contact = contacts[i];
+      const ContactPlace place = place_of(world_.bodies, contact);
+      ContactConstraint& c = problem.contacts[i];
+      c = make_constraint(world_.bodies, index, contact, place);
+      if (c.static_friction > c.friction) {
+        const Vec3 u = c.frame * relative_velocity(world_.bodies[contact.body_a],
+                                                   world_.bodies[contact.body_b], place.point);
+        if (u.tail<2>().norm() > stick_speed()) c.static_friction = 0.0;
+      }
+      if (!contact.touching()) c.bias.x() += contact.point.separation / h;
+      solution.impulse[i] = h * contact.warm_force;
+      active_[i] = static_cast<std::int32_t>(i);
+    }
+  });
+  solution.moment.clear();
+  solution.certificate.clear();
+  const SolveReport report = solve_contacts(problem, solver_settings(), solution, work_.solver);
+  stats.residual = std::fmax(stats.residual, report.residual);
+  stats.iterations += report.sweeps + report.newton_steps;
+  if (report.work_exhausted) ++stats.capped;
+  for (const std::int32_t row : rows_) world_.bodies[row].certificate = Vec6::Zero();
+  in_blocks(workers, nc, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const ContactConstraint& c = problem.contacts[i];
+      contacts[i].warm_force = solution.impulse[i] / h;
+      add_impulse(contacts[i], c, c.frame.transpose() * solution.impulse[i], Vec3::Zero());
+    }
+  });
+  for (std::size_t i = 0; i < nc; ++i) {
+    const ContactConstraint& c = problem.contacts[i];
+    if (solution.impulse[i].isZero(0.0)) continue;
+    const Vec3 force = c.frame.transpose() * (solution.impulse[i] / h);
+    total_[c.a].force += force;
+    total_[c.a].torque += c.r_a.cross(force);
+    if (c.b < 0) continue;
+    total_[c.b].force -= force;
+    total_[c.b].torque -= c.r_b.cross(force);
+  }
 }
 
 // Whether anything touching may bounce off: only then is there an impact law to apply.
@@ -44,7 +136,7 @@ bool IslandAdvance::rebounds() const {
 // Takes out the overlap that the motion just made, with gaps that are linear in it.
 void IslandAdvance::close_gaps(double h) {
   constexpr int most_sweeps = 24;
-  constexpr double may_stay = 1e3;  // times the touch distance: the next step sees it
+  constexpr double may_stay = 3e3;  // times the touch distance: the next step sees it
   ContactProblem& problem = work_.problem;
   const std::vector<Vec6>& v = work_.solution.velocity;
   double deepest = 0.0;
