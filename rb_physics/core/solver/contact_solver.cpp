@@ -32,6 +32,7 @@ struct Solve {
   double work = 0.0;   // sweeps over one contact
   double floor = 0.0;  // what rounding leaves of the residual
   double target = 0.0;
+  double typical = 0.0;  // m/s, what the residual is relative to
 
   bool out_of_work() {
     if (settings.max_work > 0 && work >= static_cast<double>(settings.max_work)) {
@@ -45,9 +46,18 @@ struct Solve {
     work += 1.0 * static_cast<double>(problem.contacts.size());
     const ContactResidual r = natural_map_residual(problem, ws.cones, io.impulse, io.moment, ws.v);
     report.residual = r.natural_map;
+    typical = r.typical_velocity;
     floor = rounding_floor(problem, ws.v, r.typical_velocity);
     target = std::max(settings.tolerance, floor);
     return r;
+  }
+
+  // What the first Newton attempt goes on to: where light contacts are right beside heavy ones.
+  double goal() const {
+    constexpr double rounding = 5e-16;
+    constexpr double share = 0.1;  // of what a warm start may leave
+    const double light = share * settings.warm_speed / typical;
+    return std::max({floor, rounding, std::min(settings.newton_goal, light)});
   }
 
   void start() {
@@ -89,7 +99,9 @@ struct Solve {
     const ContactResidual r = measure();
     report.start_residual = r.natural_map;
     report.typical_velocity = r.typical_velocity;
-    if (!(r.natural_map <= std::max(settings.warm_tolerance, floor))) return false;
+    const double speed = r.natural_map * r.typical_velocity;
+    const bool near = r.natural_map <= settings.warm_tolerance && speed <= settings.warm_speed;
+    if (!near && !(r.natural_map <= floor)) return false;
     if (r.typical_velocity == 0.0) return report.minimum_norm = true;
     if (release_sliding(r.typical_velocity)) return false;
     if (settings.minimum_norm && problem.contacts.size() > 1) {
@@ -121,7 +133,7 @@ struct Solve {
     ConeNewtonOptions options;
     options.max_outer = most_outer;
     options.softness = softness;
-    options.tolerance = target;
+    options.tolerance = std::min(target, goal());
     if (large()) {
       options.enough = settings.enough;
       options.good_start = 1e-3;
@@ -156,13 +168,12 @@ struct Solve {
     if (!(report.residual <= kGoodStart)) sweep(kFirstSweeps);
     measure();
     const auto reached = [&](int attempt) {  // the first one goes on to rounding
-      const double goal = std::min(target, std::max(settings.newton_goal, floor));
-      return report.residual <= (attempt == 0 ? goal : target);
+      return report.residual <= (attempt == 0 ? std::min(target, goal()) : target);
     };
     // The interior-point method knows no moments; and between nearly opposite normals, where few
     // contacts jam, the centre of the answers lies at infinity.
     if (report.residual <= kTouchUp && !reached(0)) {
-      newton(0, kSoftness, 1);
+      newton(0, kSoftness, 2);
       measure();
     }
     bool central = !io.moment.empty() || !large();

@@ -10,6 +10,7 @@ namespace rb {
 struct SolverSettings {
   double tolerance = tolerance::direct_residual;  // relative natural-map residual to reach
   double warm_tolerance = 1e-12;  // a warm start at or below it, with minimum norm, is the answer
+  double warm_speed = 1e300;      // m/s, and this is the most it may leave at a contact
   double newton_goal = 1e-14;     // where the first Newton attempt ends, if rounding allows
   bool minimum_norm = true;       // of all impulses that solve the problem, find the least
   // Bound on the work of one solve in units of one sweep over one contact (about 0.1 us); 0: none.

@@ -188,11 +188,14 @@ void IslandAdvance::carry(double tau, bool far_too) {
   }
   // The velocities the problem constrains are those at the end of the interval, free of contact
   // forces.
+  double gain = 0.0;  // m/s that the contact forces take away: what they are right to
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const Body& body = world_.bodies[rows_[k]];
     const RigidState end = move_free(body.state, body.inertia, total_[k], tau);
     problem.velocity[k] << linear_velocity(end, body.inertia) - reference_,
         angular_velocity(end, body.inertia);
+    const Vec3 before = body.linear_velocity() - reference_;
+    gain = std::fmax(gain, (problem.velocity[k].head<3>() - before).norm());
   }
   solution.impulse.resize(active_.size());
   solution.moment.clear();
@@ -209,7 +212,8 @@ void IslandAdvance::carry(double tau, bool far_too) {
   solution.certificate.resize(rows_.size());
   for (std::size_t k = 0; k < rows_.size(); ++k)
     solution.certificate[k] = tau * world_.bodies[rows_[k]].certificate;
-  const SolverSettings settings = solver_settings();
+  SolverSettings settings = solver_settings();
+  settings.warm_speed = 5.0 * settings.tolerance * gain;
   const SolveReport report = solve_contacts(problem, settings, solution, work.solver);
   stats.residual = std::fmax(stats.residual, report.residual);
   stats.iterations += report.sweeps + report.newton_steps;
