@@ -185,6 +185,36 @@ def test_floor_of_pieces(pieces, shape, how):
         slide(world, shape, size, heading, 150, turn)
 
 
+def course(floor, shape, size=0.1) -> np.ndarray:
+    """Positions and velocities while a body with friction slides or rolls over a floor."""
+    world = rb.World(dt=1e-3)
+    for k, (piece, at) in enumerate(floor):
+        world.add_body(piece, type="static", name=f"piece{k}", position=at, friction=0.3)
+    form, height, orientation = sliders(size)[shape]
+    body = world.add_body(
+        form,
+        mass=1.0,
+        name="slider",
+        position=(-0.19, -0.08, height),
+        orientation=product((0, 0, 0.15, (1 - 0.15**2) ** 0.5), orientation),
+        linear_velocity=(1.4, 0.6, 0),
+        friction=0.3,
+    )
+    states = []
+    for _ in range(300):
+        world.step()
+        states.append([body.position, body.linear_velocity, body.angular_velocity * size])
+    return np.array(states)
+
+
+@pytest.mark.parametrize("shape", ["box", "ball", "cylinder", "hull", "compound"])
+@pytest.mark.parametrize("pieces", ["boxes", "hulls", "mosaic"])
+def test_friction_on_pieces_is_that_on_one_floor(pieces, shape):
+    whole = [(rb.Box((2, 2, 0.1)), (0, 0, -0.1))]
+    apart = np.abs(course(PIECES[pieces](0.1), shape) - course(whole, shape))
+    assert apart.max() <= 1e-12  # rounding of 300 steps
+
+
 @pytest.mark.parametrize("off", [0.0, 1e-12])
 def test_a_particle_that_stops_over_a_seam(off):
     """At the end of some steps it is exactly over the line between two pieces."""
