@@ -165,7 +165,8 @@ void define_world(py::module_& m) {
             const WorstOfSteps worst = std::exchange(w.worst, {});
             return py::make_tuple(worst.residual, worst.max_penetration, worst.contacts);
           },
-          "(residual, max_penetration, contacts): the largest of each, as in `stats`, over the steps "
+          "(residual, max_penetration, contacts): the largest of each, as in `stats`, over the "
+          "steps "
           "since the last call.")
       .def_property_readonly("time", &World::time, "s since the start or the last reset.")
       .def_property(

@@ -20,8 +20,8 @@ struct ColliderPair {
   std::int32_t b = -1;
 };
 
-// Islands of more contact points are moved by wide sweeps in one solve a step, which end before they
-// have converged; the residual says how far they came.
+// Islands of more contact points are moved by wide sweeps in one solve a step, which end before
+// they have converged; the residual says how far they came.
 inline bool is_large_island(std::size_t contact_points) { return contact_points > 400; }
 
 struct IslandWorkspace {
