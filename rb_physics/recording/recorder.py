@@ -15,11 +15,12 @@ import numpy as np
 from . import encoders
 from .environment import environment
 from .geometry import to_json as bodies_to_json
-from .mcap_log import Attachment, McapLog, RecordingError
+from .mcap_log import Attachment, McapLog
 from .message_queue import Entry
 from .operations import CHANGE_BODIES, RESETS, Operation, Operations, plain
 from .operations import to_json as operation_to_json
 from .outputs import Message, Outputs
+from .recorder_arguments import check_log_options, checked
 from .topics import Qos, TopicTable, load_topics
 
 # 2: the state hash in eight lanes; coefficients of friction in `bodies`. 1 can be read, viewed and
@@ -79,7 +80,7 @@ class Recorder:
             scene: the `Scene` the world was built from; stored, so that the run can be repeated.
             topics: None: the packaged table.
             rerun: "off", "file" (a .rrd in the folder), or "live" (a viewer too).
-            snapshot_interval: s of simulated time.
+            snapshot_interval: s of simulated time, > 0.
             custom_data: further notes.
             initial: the snapshot `reset` goes back to; None: the present state.
             first: operations (name, arguments) that are performed before the first outputs.
@@ -89,6 +90,10 @@ class Recorder:
 
         Raises RecordingError, TopicError.
         """
+        snapshot_interval = checked(
+            world, directory, scene, topics, node_name, rerun, snapshot_interval, custom_data
+        )
+        check_log_options(log_options)
         self._world = world
         self.outputs = Outputs(world, topics if topics is not None else load_topics(), node_name)
         self._operations = Operations(world, initial)
@@ -102,8 +107,6 @@ class Recorder:
         self._view: Any = None
         self._ids: dict[str, int] = {}  # topic name -> id in the log
         self._contents: list[tuple[str, str | None]] = []  # of each id: content and body
-        if rerun not in ("off", "file", "live"):
-            raise RecordingError(f"rerun is {rerun!r}; it must be off, file or live")
         if directory is None:
             return
         folder = Path(directory)

@@ -266,6 +266,8 @@ def default_topics_path() -> Path:
 
 def load_topics(path: str | Path | None = None) -> TopicTable:
     """Reads and checks a topics file (None: the packaged one). Raises TopicError."""
+    if not isinstance(path, (str, Path, type(None))):
+        raise TopicError(f"path is {path!r}; it must be the path of a topics file, or None")
     path = default_topics_path() if path is None else Path(path)
     try:
         text = path.read_text(encoding="utf-8")

@@ -1,0 +1,87 @@
+"""What a recorder is given, checked before anything is made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from os import PathLike
+from typing import Any
+
+from .. import checks
+from ..errors import SceneError
+from ..scene import Scene
+from ..world import World
+from .mcap_log import COMPRESSIONS, RecordingError
+from .message_queue import POLICIES
+from .topics import TopicTable
+
+
+def checked(
+    world: Any,
+    directory: Any,
+    scene: Any,
+    topics: Any,
+    node_name: Any,
+    rerun: Any,
+    snapshot_interval: Any,
+    custom_data: Any,
+) -> float:
+    """The interval, once all arguments are of the right kind. Raises RecordingError."""
+    notes = {} if custom_data is None else custom_data
+    try:
+        for name, value, good, allowed in (
+            ("world", world, isinstance(world, World), "an rb.World"),
+            ("directory", directory, directory is None or isinstance(directory, (str, PathLike)),
+             "the path of a new folder, or None"),
+            ("scene", scene, scene is None or isinstance(scene, Scene),
+             "the rb.Scene that the world was built from, or None"),
+            ("topics", topics, topics is None or isinstance(topics, TopicTable),
+             "what load_topics(path) returns, or None"),
+            ("node_name", node_name, isinstance(node_name, str) and node_name.strip("/") != "",
+             "the name of a node, such as sim_node"),
+            ("custom_data", custom_data, isinstance(notes, Mapping)
+             and all(isinstance(text, str) for pair in notes.items() for text in pair),
+             "a dict of texts, or None"),
+        ):  # fmt: skip
+            if not good:
+                raise SceneError.about(None, name, value, allowed)
+        checks.choice(None, "rerun", rerun, ("off", "file", "live"))
+        return checks.number(
+            None, "snapshot_interval", snapshot_interval, 0.0, above=True, unit="s"
+        )
+    except SceneError as error:
+        raise RecordingError(str(error)) from None
+
+
+def check_log_options(options: Mapping[str, Any]) -> None:
+    """The options of `McapLog` among the keywords of a recorder. Raises RecordingError."""
+    unknown = [name for name in options if name not in _LOG_OPTIONS]
+    if unknown:
+        raise RecordingError(
+            f"unknown option {unknown[0]!r}{checks.suggestion(unknown[0], _LOG_OPTIONS)}"
+        )
+    try:
+        for name, value in options.items():
+            if value is not None or not name.startswith("split_"):
+                _LOG_OPTIONS[name](name, value)
+    except SceneError as error:
+        raise RecordingError(str(error)) from None
+
+
+def _bytes(name: str, value: Any) -> None:
+    checks.whole_number(name, value, 1, 2**62)
+
+
+def _seconds(name: str, value: Any) -> None:
+    checks.number(None, name, value, 0.0, above=True, unit="s")
+
+
+_LOG_OPTIONS: dict[str, Callable[[str, Any], object]] = {
+    "compression": lambda name, value: checks.choice(None, name, value, COMPRESSIONS),
+    "chunk_bytes": _bytes,
+    "flush_interval": _seconds,
+    "queue_bytes": _bytes,
+    "policy": lambda name, value: checks.choice(None, name, value, POLICIES),
+    "split_bytes": _bytes,
+    "split_duration": _seconds,
+    "fsync": checks.flag,
+}
