@@ -38,13 +38,14 @@ def checked(
              "what load_topics(path) returns, or None"),
             ("node_name", node_name, isinstance(node_name, str) and node_name.strip("/") != "",
              "the name of a node, such as sim_node"),
+            ("rerun", rerun, isinstance(rerun, str) and rerun in ("off", "file", "live"),
+             "off, file or live"),
             ("custom_data", custom_data, isinstance(notes, Mapping)
              and all(isinstance(text, str) for pair in notes.items() for text in pair),
              "a dict of texts, or None"),
         ):  # fmt: skip
             if not good:
                 raise SceneError.about(None, name, value, allowed)
-        checks.choice(None, "rerun", rerun, ("off", "file", "live"))
         return checks.number(
             None, "snapshot_interval", snapshot_interval, 0.0, above=True, unit="s"
         )

@@ -87,6 +87,17 @@ def test_force_sensor_says_that_the_crate_weighs_m_g(simulator, start):
     assert "NOT" not in sensor.output
 
 
+def test_the_scene_crate_fits_what_the_examples_look_for(simulator, start):
+    sim = simulator(scene="crate")
+    poses = sim.client.collect(PoseArray, "/sim_node/poses")
+    sensor = start("force_sensor")  # the crate at rest: 9.81 N
+    wait_for(lambda: "as expected" in sensor.output, "a verdict")
+    # The thruster's 5 N overcome a friction of 0.3 m g: 2.06 m/s² while it is on.
+    start("thruster")
+    wait_for(lambda: poses[-1].poses[1].position.x > 0.2, "the crate to slide")
+    assert abs(poses[-1].poses[1].position.y) < 1e-6  # no force across: rounding only
+
+
 def test_wind_reaches_every_dynamic_body(simulator, start):
     sim = simulator()
     poses = sim.client.collect(PoseArray, "/sim_node/poses")

@@ -17,8 +17,8 @@ BAD = [
     ),
     ({"node_name": ""}, "node_name is ''; it must be the name of a node"),
     ({"node_name": None}, "node_name is None"),
-    ({"rerun": "fil"}, "did you mean 'file'?"),
-    ({"rerun": True}, "rerun is True; it must be 'off', 'file' or 'live'"),
+    ({"rerun": "fil"}, "rerun is 'fil'; it must be off, file or live"),
+    ({"rerun": True}, "rerun is True; it must be off, file or live"),
     (
         {"snapshot_interval": math.nan},
         "snapshot_interval is nan; it must be a finite number > 0 (s)",
