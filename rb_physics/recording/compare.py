@@ -28,6 +28,7 @@ class Comparison(NamedTuple):
     bodies: tuple[BodyComparison, ...]
     start: float  # s, first common time
     end: float  # s, last common time
+    spans: tuple[tuple[float, float], tuple[float, float]]  # s, first and last time of each
     missing: tuple[str, ...]  # bodies that only one of them has
 
     @property
@@ -38,12 +39,15 @@ class Comparison(NamedTuple):
     def text(self) -> str:
         """A table for people."""
         lines = [f"compared from {self.start:.3f} to {self.end:.3f} s"]
+        if self.spans[0] != self.spans[1]:
+            first, second = (f"from {since:.3f} to {until:.3f} s" for since, until in self.spans)
+            lines.append(f"the first goes {first}, the second {second}")
         if self.identical:
             return "\n".join([*lines, "identical poses"])
         parted = [b for b in self.bodies if b.parts_at is not None]
         if parted:
-            first = min(parted, key=lambda b: b.parts_at or 0.0)
-            lines.append(f"they part at {first.parts_at:.3f} s, body {first.body} first")
+            earliest = min(parted, key=lambda b: b.parts_at or 0.0)
+            lines.append(f"they part at {earliest.parts_at:.3f} s, body {earliest.body} first")
             lines.append(
                 f"{'body':<20} {'parts at':>10} {'largest':>12} {'at':>10} {'at the end':>12}"
             )
@@ -86,7 +90,8 @@ def compare(first: str | Path, second: str | Path) -> Comparison:
         )
     if not results:
         raise RecordingError(f"{first} and {second} have no poses of one body at one time")
-    return Comparison(tuple(results), float(start), float(end), tuple(missing))
+    spans = (_span(a), _span(b))
+    return Comparison(tuple(results), float(start), float(end), spans, tuple(missing))
 
 
 def distances(first: str | Path, second: str | Path) -> dict[str, tuple[NDArray, NDArray]]:
@@ -98,6 +103,11 @@ def distances(first: str | Path, second: str | Path) -> dict[str, tuple[NDArray,
             time, pose_a, pose_b = _matched(a, b, name)
             found[name] = (time, np.linalg.norm(pose_a[:, :3] - pose_b[:, :3], axis=1))
     return found
+
+
+def _span(tables: Tables) -> tuple[float, float]:
+    times = tables.poses["time"]
+    return float(times.min()), float(times.max())
 
 
 def _present(tables: Tables, other: Tables) -> set[str]:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time as clock
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from .mcap_log import RecordingError
 from .rerun_log import RerunLog, contents_of, require, wrenches_shown
 
 _LOADING = 60.0  # s a viewer gets to start and load
-_SETTLE = 7.0  # s the viewer gets to draw after time was set, and to hide its greeting
+_SETTLE = 9.0  # s the viewer gets to draw after time was set, and to hide its greeting
 
 
 def write_rrd(recording: str | Path, path: str | Path, layout: str = "overview") -> Path:
@@ -198,7 +199,10 @@ def _span(rrd: Path) -> tuple[float, float]:
     from rerun.chunk import RrdReader
 
     low, high = None, None
-    for chunk in RrdReader(str(rrd)).stream():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that of a killed run has no footer, which does no harm
+        reader = RrdReader(str(rrd))
+    for chunk in reader.stream():
         batch = chunk.to_record_batch()
         if "sim_time" in batch.schema.names and batch.num_rows:
             import pyarrow.compute as pc

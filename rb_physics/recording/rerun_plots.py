@@ -65,7 +65,9 @@ class Plots:
     def _sender(self, body: str) -> Any:
         def send(index: Any, samples: list[bytes]) -> None:
             wrenches = decoders.stack_doubles(samples, _wrench, stamped=True)
-            self._send(f"contact_force/{body}", index, np.linalg.norm(wrenches[:, :3], axis=1))
+            forces = np.linalg.norm(wrenches[:, :3], axis=1)
+            # A weight at rest is a level line: the viewer would fill the plot with its last bits.
+            self._send(f"contact_force/{body}", index, forces.astype(np.float32))
 
         return send
 

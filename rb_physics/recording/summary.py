@@ -74,11 +74,15 @@ def _summary(log: Recording) -> str:
         f"{dropped} dropped"
     )
     lines.append("topics")
-    for name, group in _grouped(counts, namespace).items():
+    groups = {
+        name + (f" ({len(group)} topics)" if len(group) > 1 else ""): group
+        for name, group in _grouped(counts, namespace).items()
+    }
+    width = max(map(len, groups))
+    for label, group in groups.items():
         total = sum(counts[topic] for topic in group)
         payload = sum(sizes[topic] for topic in group)
-        label = name + (f" ({len(group)} topics)" if len(group) > 1 else "")
-        lines.append(f"  {label:<46} {total:>9}  {_bytes(payload):>9}  {types[group[0]]}")
+        lines.append(f"  {label:<{width}} {total:>9}  {_bytes(payload):>9}  {types[group[0]]}")
     if events:
         lines.append("events")
         lines.extend(f"  {time * 1e-9:9.3f} s  {text}" for time, text in events)

@@ -51,6 +51,7 @@ def test_unchanged_branch_repeats_the_recording(run, tmp_path):
     result = compare(run, tmp_path / "branch")
     assert result.identical
     assert (result.start, result.end) == (0.15, 0.4)
+    assert "the first goes from 0.000 to 0.400 s, the second from 0.150 to 0.400 s" in result.text
     assert verify(tmp_path / "branch").text.endswith("identical, 125 steps, 0.25 s")
 
 
