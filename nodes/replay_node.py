@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from .player import Player, check_rate
-from .start import StartError, import_rclpy, one_line
+from .start import SIGNALS, StartError, ignore_signals, import_rclpy, one_line
 
 NAME = "replay_node"
 FAREWELL = 0.5  # s of wall time at most to wait for the readers of each topic at the end
@@ -28,7 +28,7 @@ FAREWELL = 0.5  # s of wall time at most to wait for the readers of each topic a
 def main(arguments: Sequence[str] | None = None) -> int:
     """Replay until the end, SIGINT or SIGTERM. Returns the exit code."""
     stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in SIGNALS:
         signal.signal(number, lambda *_: stop.set())
     try:
         rclpy = import_rclpy()
@@ -41,6 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise StartError(one_line(error)) from None
         finally:
             rclpy.try_shutdown()
+            ignore_signals()
     except StartError as error:
         print(f"{NAME}: {error}", file=sys.stderr)
         return 2

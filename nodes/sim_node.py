@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Sequence
 
-from .start import StartError, import_rclpy, one_line
+from .start import SIGNALS, StartError, ignore_signals, import_rclpy, one_line
 
 NAME = "sim_node"
 CALLS_AT_ONCE = 3  # service calls answered side by side; a long ~/step takes one of them
@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in SIGNALS:
         signal.signal(number, lambda *_: stop.set())
     rclpy = import_rclpy()
     from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
@@ -82,6 +82,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         executor.shutdown(timeout_sec=2.0)
         spinning.join(timeout=2.0)
         rclpy.try_shutdown()
+        ignore_signals()
     error = node.error or (broken[0] if broken else None)
     if error is not None:
         print(f"sim_node: {error}", file=sys.stderr)

@@ -1,11 +1,14 @@
-"""How a node starts, and what it says when it can't."""
+"""How a node starts and ends, and what it says when it can't."""
 
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from typing import Any
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)  # that end a node
 
 
 class StartError(RuntimeError):
@@ -42,6 +45,13 @@ def _starts_with_rclpy() -> bool:
     program = "from rclpy.impl.implementation_singleton import rclpy_implementation"
     tried = subprocess.run([sys.executable, "-c", program], capture_output=True, check=False)
     return tried.returncode == 0
+
+
+def ignore_signals() -> None:
+    """At the very end: Python gives the handlers up before its process is over, and a second Ctrl-C
+    would kill what has ended well."""
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def one_line(error: BaseException) -> str:
