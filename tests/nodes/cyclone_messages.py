@@ -102,3 +102,16 @@ class MultiDOFJointState(IdlStruct, typename="sensor_msgs::msg::dds_::MultiDOFJo
     transforms: sequence[Transform]
     twist: sequence[Twist]
     wrench: sequence[Wrench]
+
+
+@final
+@dataclass
+class Clock(IdlStruct, typename="rosgraph_msgs::msg::dds_::Clock_"):
+    clock: Time
+
+
+@final
+@dataclass
+class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"):
+    header: Header
+    twist: Twist

@@ -8,43 +8,24 @@ import json
 import os
 import sys
 import time
-from dataclasses import dataclass
 
-from cyclone_peer import Header, PoseArray, Time, Vector3, WrenchStamped
+from cyclone_messages import (
+    Clock,
+    Header,
+    PoseArray,
+    String,
+    Time,
+    Twist,
+    TwistStamped,
+    Vector3,
+    WrenchStamped,
+)
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.annotations import final
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
-
-
-@final
-@dataclass
-class Clock(IdlStruct, typename="rosgraph_msgs::msg::dds_::Clock_"):
-    clock: Time
-
-
-@final
-@dataclass
-class String(IdlStruct, typename="std_msgs::msg::dds_::String_"):
-    data: str
-
-
-@final
-@dataclass
-class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
-    linear: Vector3
-    angular: Vector3
-
-
-@final
-@dataclass
-class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"):
-    header: Header
-    twist: Twist
 
 
 def main() -> None:

@@ -37,6 +37,7 @@ SAID_BY = {  # by the function that is given the text
     "finish": "answer",
     "_answer": "answer",
     "_end": "answer",
+    "refuse": "topics file, at the start",
 }
 AT_THE_START = ("start.py", "sim_node.py", "replay_node.py", "parameters.py")
 
