@@ -112,18 +112,22 @@ double IslandAdvance::rest_speed(const Contact& c) const {
   const Vec3 r_a = c.point.point_a - a.state.x;
   const Vec3 r_b = c.point.point_b - b.state.x;
   const auto turn = [this](const Body& body, std::int32_t row, const Vec3& r) {
-    const double swing = body.angular_velocity().squaredNorm() * r.norm();
-    if (!body.is_dynamic()) return swing;
-    const Vec3 alpha =
-        world_inverse_inertia(body.state.q, body.inertia) * world_.applied[row].torque;
-    return swing + alpha.cross(r).norm();
+    if (!body.is_dynamic()) return 0.0;
+    const Vec3 alpha = world_inverse_inertia(body.state.q, body.inertia) *
+                       (world_.applied[row].torque - body.angular_velocity().cross(body.state.L));
+    return alpha.cross(r).norm();
   };
+  // The free motion's d'' (S10): none for a ball, however it rolls or spins.
+  const ContactDrift drift = contact_drift(world_, c);
+  const Vec3 slip = relative_velocity(a, b, c.point.point_a);
+  const double swing =
+      2.0 * std::abs(c.point.normal.dot(drift.velocity_rate) + drift.normal_rate.dot(slip));
   const auto pull = [this](const Body& body, std::int32_t row) {
     return body.is_dynamic() ? body.inertia.inv_mass * world_.applied[row].force.norm() : 0.0;
   };
   // A bounce of speed v lasts 2 v / g.
   const double bounce = 0.5 * std::fmax(pull(a, c.body_a), pull(b, c.body_b));
-  return world_.settings.dt * (bounce + turn(a, c.body_a, r_a) + turn(b, c.body_b, r_b));
+  return world_.settings.dt * (bounce + swing + turn(a, c.body_a, r_a) + turn(b, c.body_b, r_b));
 }
 
 void IslandAdvance::add_impulse(Contact& c, const ContactConstraint& k, const Vec3& impulse,
