@@ -18,9 +18,10 @@ class Crew {
   Crew(Crew&&) noexcept {}  // of a crew at rest there is nothing to move
 
   // Calls lead() once, on one thread; the others of the pool help. workers may be null: no helpers.
+  // Within lead() another run() just calls.
   template <class Lead>
   void run(Workers* workers, const Lead& lead) {
-    if (workers == nullptr || workers->count() == 1) return lead();
+    if (helped_ || workers == nullptr || workers->count() == 1) return lead();
     open_.store(true, std::memory_order_release);
     helped_ = true;
     workers->run(static_cast<std::size_t>(workers->count()), [&](int, std::size_t k) {

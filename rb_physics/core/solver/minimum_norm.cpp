@@ -180,7 +180,8 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
     ws.y = certificate;
     norm = newton.evaluate();
   }
-  if (!(norm <= kNear * scale)) {
+  // Without a certificate also where there is no load at all and nothing is left of it.
+  if (certificate.size() != nb || !(norm <= kNear * scale)) {
     norm = scale;
     newton.start();
   }

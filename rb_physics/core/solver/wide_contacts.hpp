@@ -30,6 +30,12 @@ class WideContacts {
     crew_.run(workers_, lead);
   }
 
+  // Within together(): piece(k) for every k in [0, n).
+  template <class Piece>
+  void share(std::int32_t n, const Piece& piece) {
+    crew_.share(n, piece);
+  }
+
   // Lays the problem out, with the coefficients of `cones` or none.
   void load(const ContactProblem& problem, const std::vector<FrictionCone>& cones);
   void load_frictionless(const ContactProblem& problem);

@@ -45,7 +45,8 @@ class IslandAdvance {
  private:
   void run_in_one_solve(double h);  // world/one_solve.cpp
   bool rebounds() const;
-  void hold(double h, Workers* workers);
+  void solve_at_once(double h);
+  void hold(double h);
   void close_gaps(double h);
   // Impacts at the present instant: touching contacts that approach faster than rest explains (S13,
   // S14).

@@ -168,6 +168,7 @@ Workers& workers_of(World& world) {
 void advance_islands(World& world) {
   constexpr std::size_t worth_sharing = 64;  // contact points: below, waking a thread costs more
   StepWorkspace& work = world.work;
+  if (world.settings.threads > 1) workers_of(world);  // their scratch memory does not move later
   for (IslandWorkspace& thread : work.threads) {
     thread.replaced.clear();
     thread.any_replaced = false;

@@ -18,12 +18,13 @@ namespace {
 
 constexpr std::size_t kBlock = 256;  // contacts or bodies a thread takes at once
 
-// piece(begin, end) over blocks of [0, n).
+// piece(begin, end) over blocks of [0, n), shared among the threads.
 template <class Piece>
-void in_blocks(Workers* workers, std::size_t n, const Piece& piece) {
-  if (workers == nullptr) return piece(std::size_t{0}, n);
-  workers->run((n + kBlock - 1) / kBlock,
-               [&](int, std::size_t k) { piece(k * kBlock, std::min(n, (k + 1) * kBlock)); });
+void in_blocks(WideContacts& wide, std::size_t n, const Piece& piece) {
+  wide.share(static_cast<std::int32_t>((n + kBlock - 1) / kBlock), [&](std::int32_t k) {
+    const std::size_t begin = static_cast<std::size_t>(k) * kBlock;
+    piece(begin, std::min(n, begin + kBlock));
+  });
 }
 
 bool has_moments(const Contact& c) {
@@ -33,8 +34,13 @@ bool has_moments(const Contact& c) {
 }  // namespace
 
 void IslandAdvance::run_in_one_solve(double h) {
-  Workers* workers = world_.settings.threads > 1 ? &workers_of(world_) : nullptr;
-  work_.solver.wide.use(workers);
+  WideContacts& wide = work_.solver.wide;
+  wide.use(world_.settings.threads > 1 ? &workers_of(world_) : nullptr);
+  wide.together([&] { solve_at_once(h); });
+  wide.use(nullptr);
+}
+
+void IslandAdvance::solve_at_once(double h) {
   find_partners();
   if (rebounds()) strike();
   shift_.clear();
@@ -44,9 +50,9 @@ void IslandAdvance::run_in_one_solve(double h) {
     carry(h, true);
     book();
   } else {
-    hold(h, workers);
+    hold(h);
   }
-  in_blocks(workers, rows_.size(), [&](std::size_t begin, std::size_t end) {
+  in_blocks(work_.solver.wide, rows_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const Body& body = world_.bodies[rows_[k]];
       Vec6 before;
@@ -56,18 +62,17 @@ void IslandAdvance::run_in_one_solve(double h) {
   });
   move(h);
   close_gaps(h);
-  work_.solver.wide.use(nullptr);
 }
 
 // What `carry` and `book` do for small islands, with every gap within reach and nothing else to
 // look for: sweeps end before the last digits that the rest would need.
-void IslandAdvance::hold(double h, Workers* workers) {
+void IslandAdvance::hold(double h) {
   const std::size_t nc = contacts.size();
   const BodyIndex index{rows_, &world_.work.index_of, reference_};
   ContactProblem& problem = work_.problem;
   ContactSolution& solution = work_.solution;
   build_bodies(world_.bodies, index, problem);
-  in_blocks(workers, rows_.size(), [&](std::size_t begin, std::size_t end) {
+  in_blocks(work_.solver.wide, rows_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const Body& body = world_.bodies[rows_[k]];
       total_[k] = world_.applied[rows_[k]];
@@ -79,7 +84,7 @@ void IslandAdvance::hold(double h, Workers* workers) {
   problem.contacts.resize(nc);
   solution.impulse.resize(nc);
   active_.resize(nc);
-  in_blocks(workers, nc, [&](std::size_t begin, std::size_t end) {
+  in_blocks(work_.solver.wide, nc, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Contact& contact = contacts[i];
       const ContactPlace place = place_of(world_.bodies, contact);
@@ -102,7 +107,7 @@ void IslandAdvance::hold(double h, Workers* workers) {
   stats.iterations += report.sweeps + report.newton_steps;
   if (report.work_exhausted) ++stats.capped;
   for (const std::int32_t row : rows_) world_.bodies[row].certificate = Vec6::Zero();
-  in_blocks(workers, nc, [&](std::size_t begin, std::size_t end) {
+  in_blocks(work_.solver.wide, nc, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const ContactConstraint& c = problem.contacts[i];
       contacts[i].warm_force = solution.impulse[i] / h;
