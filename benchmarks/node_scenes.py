@@ -8,23 +8,20 @@ import yaml
 
 from rb_physics.recording.topics import default_topics_path
 
-COLUMN = ("box", "box", "box", "ball")  # what stands on what
+LEVELS = 4  # boxes that stand on each other
 
 
 def write_scene(folder: Path, bodies: int, dt: float) -> Path:
-    """Columns of three boxes with a ball on top, and a probe that falls far away from them."""
+    """Columns of four boxes, and a probe that falls far away from them."""
     listed: list[dict[str, object]] = [
         {"name": "ground", "type": "static",
          "shape": {"type": "half_space", "normal": [0, 0, 1], "offset": 0}},
     ]  # fmt: skip
-    side = max(1, round((bodies / len(COLUMN)) ** 0.5))
+    side = max(1, round((bodies / LEVELS) ** 0.5))
     for k in range(bodies):
-        column, level = divmod(k, len(COLUMN))
+        column, level = divmod(k, LEVELS)
         place = [0.5 * (column % side), 0.5 * (column // side), 0.1 + 0.2 * level]
-        if COLUMN[level] == "box":
-            shape: dict[str, object] = {"type": "box", "half_extents": [0.1, 0.1, 0.1]}
-        else:
-            shape = {"type": "sphere", "radius": 0.1}
+        shape = {"type": "box", "half_extents": [0.1, 0.1, 0.1]}
         listed.append({"name": f"body_{k}", "shape": shape, "mass": 1.0, "position": place})
     listed.append(
         {"name": "probe", "shape": {"type": "sphere", "radius": 0.1}, "mass": 1.0,
@@ -36,9 +33,8 @@ def write_scene(folder: Path, bodies: int, dt: float) -> Path:
 
 
 def pushed_bodies(count: int) -> list[str]:
-    """Boxes of the columns (a ball would roll away), and the probe at the end."""
-    boxes = [k for k in range(2 * count) if COLUMN[k % len(COLUMN)] == "box"]
-    return [f"body_{k}" for k in boxes[: count - 1]] + ["probe"]
+    """Boxes of the first columns, and the probe at the end."""
+    return [f"body_{k}" for k in range(count - 1)] + ["probe"]
 
 
 def write_topics(folder: Path, rate: float, everything: bool, per_body: bool) -> Path:

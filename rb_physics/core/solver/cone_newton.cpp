@@ -167,7 +167,8 @@ struct Newton {
 
 }  // namespace
 
-ConeNewtonReport cone_newton(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+ConeNewtonReport cone_newton(const ContactProblem& problem, const ContactScales& scales,
+                             const std::vector<FrictionCone>& cones,
                              const ConeNewtonOptions& options, BodySpace& space,
                              ConeNewtonWorkspace& ws, std::vector<Vec3>& impulse,
                              std::vector<Vec3>& moment) {
@@ -185,14 +186,11 @@ ConeNewtonReport cone_newton(const ContactProblem& problem, const std::vector<Fr
   ws.slip.resize(nc);
   ws.d.resize(nc);
   Newton newton{problem, cones, options, space, ws};
-  double w_min = std::numeric_limits<double>::infinity();
-  for (const ContactConstraint& c : problem.contacts) {
-    w_min = std::min(w_min, inverse_effective_mass(problem, c));
-  }
+  const double w_min = scales.least_w;
   velocity_from_impulses(problem, impulse, moment, ws.v);
   ws.best_impulse = impulse;
   ws.best_moment = moment;
-  report.residual = natural_map_residual(problem, cones, impulse, moment, ws.v).natural_map;
+  report.residual = natural_map_residual(problem, scales, cones, impulse, moment, ws.v).natural_map;
   int without_progress = 0;
   newton.eps = options.first_softness * w_min;
   if (options.first_softness < 1.0 &&
@@ -216,7 +214,8 @@ ConeNewtonReport cone_newton(const ContactProblem& problem, const std::vector<Fr
       if (cones[i].has_moment()) moment[i] = cones[i].length * ws.reaction[i].moment;
     }
     velocity_from_impulses(problem, impulse, moment, ws.v);
-    const double r = natural_map_residual(problem, cones, impulse, moment, ws.v).natural_map;
+    const double r =
+        natural_map_residual(problem, scales, cones, impulse, moment, ws.v).natural_map;
     const bool reached = report.residual <= options.tolerance;
     const double rate = r / report.residual;
     if (r < report.residual) {

@@ -17,6 +17,7 @@
 #include "contact/problem.hpp"
 #include "solver/body_space.hpp"
 #include "solver/friction_cone.hpp"
+#include "solver/residual.hpp"
 
 namespace rb {
 
@@ -50,7 +51,8 @@ struct ConeNewtonReport {
 };
 
 // `impulse`, `moment` in: start, out: the best iterate. space must be prepared for this problem.
-ConeNewtonReport cone_newton(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+ConeNewtonReport cone_newton(const ContactProblem& problem, const ContactScales& scales,
+                             const std::vector<FrictionCone>& cones,
                              const ConeNewtonOptions& options, BodySpace& space,
                              ConeNewtonWorkspace& ws, std::vector<Vec3>& impulse,
                              std::vector<Vec3>& moment);

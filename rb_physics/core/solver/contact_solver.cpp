@@ -32,7 +32,9 @@ struct Solve {
   double work = 0.0;   // sweeps over one contact
   double floor = 0.0;  // what rounding leaves of the residual
   double target = 0.0;
-  double typical = 0.0;  // m/s, what the residual is relative to
+  double typical = 0.0;           // m/s, what the residual is relative to
+  ContactResidual measured = {};  // by measure(), the last time
+  bool swept = false;             // what sweeps need is there
 
   bool out_of_work() {
     if (settings.max_work > 0 && work >= static_cast<double>(settings.max_work)) {
@@ -44,9 +46,11 @@ struct Solve {
   ContactResidual measure() {
     velocity_from_impulses(problem, io.impulse, io.moment, ws.v);
     work += 1.0 * static_cast<double>(problem.contacts.size());
-    const ContactResidual r = natural_map_residual(problem, ws.cones, io.impulse, io.moment, ws.v);
+    const ContactResidual r =
+        natural_map_residual(problem, ws.scales, ws.cones, io.impulse, io.moment, ws.v);
     report.residual = r.natural_map;
     typical = r.typical_velocity;
+    measured = r;
     floor = rounding_floor(problem, ws.v, r.typical_velocity);
     target = std::max(settings.tolerance, floor);
     return r;
@@ -63,6 +67,7 @@ struct Solve {
   void start() {
     const std::size_t nc = problem.contacts.size();
     friction_cones(problem, Friction::kStatic, ws.cones);
+    contact_scales(problem, ws.scales);
     ws.kinetic.assign(nc, 0);
     bool moments = false;
     for (const FrictionCone& c : ws.cones) moments = moments || c.has_moment();
@@ -121,6 +126,8 @@ struct Solve {
 
   // Sweeps until the target, `count`, or the end of work.
   void sweep(int count) {
+    if (!swept) local_delassus(problem, ws.cones, ws.gauss_seidel);
+    swept = true;
     velocity_from_impulses(problem, io.impulse, io.moment, ws.v);
     for (int k = 0; k < count && !out_of_work(); ++k) {
       gauss_seidel_sweep(problem, ws.cones, ws.gauss_seidel, io.impulse, io.moment, ws.v);
@@ -142,8 +149,8 @@ struct Solve {
       options.first_softness = attempt % 2 == 1 ? 10.0 : 1.0;
       options.max_inner = 25;
     }
-    const ConeNewtonReport r =
-        cone_newton(problem, ws.cones, options, ws.space, ws.newton, io.impulse, io.moment);
+    const ConeNewtonReport r = cone_newton(problem, ws.scales, ws.cones, options, ws.space,
+                                           ws.newton, io.impulse, io.moment);
     report.newton_steps += r.steps;
     work += r.steps * (ws.space.factor_work() / 100.0 + 4.0 * problem.contacts.size());
   }
@@ -155,8 +162,8 @@ struct Solve {
     ws.saved_impulse = io.impulse;
     const double before = report.residual;
     const InteriorPointReport r =
-        interior_point(problem, ws.cones, std::max(kCentral, settings.enough), kMostCentral,
-                       ws.space, ws.interior_point, io.impulse);
+        interior_point(problem, ws.scales, ws.cones, std::max(kCentral, settings.enough),
+                       kMostCentral, ws.space, ws.interior_point, io.impulse);
     report.newton_steps += r.steps;
     work += r.steps * (ws.space.factor_work() / 100.0 + 4.0 * problem.contacts.size());
     if (measure().natural_map < before) return;
@@ -165,8 +172,10 @@ struct Solve {
   }
 
   void solve_direct() {
-    if (!(report.residual <= kGoodStart)) sweep(kFirstSweeps);
-    measure();
+    if (!(report.residual <= kGoodStart)) {
+      sweep(kFirstSweeps);
+      measure();
+    }
     const auto reached = [&](int attempt) {  // the first one goes on to rounding
       return report.residual <= (attempt == 0 ? std::min(target, goal()) : target);
     };
@@ -256,14 +265,6 @@ struct Solve {
     io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
   }
 
-  double least_inverse_mass() const {
-    double w_min = std::numeric_limits<double>::infinity();
-    for (const ContactConstraint& c : problem.contacts) {
-      w_min = std::min(w_min, inverse_effective_mass(problem, c));
-    }
-    return w_min;
-  }
-
   // Where contacts slide: of all answers the one that their order has no part in.
   ContactResidual even_slides(ContactResidual r) {
     constexpr int most_passes = 3;
@@ -276,7 +277,7 @@ struct Solve {
       ws.saved_impulse = io.impulse;
       ws.saved_moment = io.moment;
       const double change =
-          even_sliding_load(problem, ws.cones, kSoftness * least_inverse_mass(), ws.space,
+          even_sliding_load(problem, ws.cones, kSoftness * ws.scales.least_w, ws.space,
                             ws.minimum_norm, ws.sliding_load, io.impulse, io.moment);
       if (!(change > even)) {
         io.impulse = ws.saved_impulse;
@@ -306,7 +307,7 @@ struct Solve {
     cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
     ws.saved_impulse = io.impulse;
     ws.saved_moment = io.moment;
-    const int steps = minimum_norm(problem, ws.cones, kSoftness * least_inverse_mass(), ws.space,
+    const int steps = minimum_norm(problem, ws.cones, kSoftness * ws.scales.least_w, ws.space,
                                    ws.minimum_norm, io.impulse, io.moment, ws.certificate);
     report.newton_steps += std::abs(steps);
     if (steps > 0) {
@@ -333,11 +334,13 @@ struct Solve {
     }
     const bool direct = many || ws.space.prepare(problem, settings.max_factor_work);
     if (!direct && io.moment.empty()) return iterate();
-    local_delassus(problem, ws.cones, ws.gauss_seidel);
     for (;;) {
       direct ? solve_direct() : iterate_moments();
-      const ContactResidual r = measure();
-      if (!out_of_work() && release_sliding(r.typical_velocity)) continue;
+      const ContactResidual r = measured;
+      if (!out_of_work() && release_sliding(r.typical_velocity)) {
+        measure();
+        continue;
+      }
       if (direct) {
         least_impulses(even_slides(r));
       } else {

@@ -18,6 +18,7 @@
 #include "solver/cone_newton.hpp"
 #include "solver/interior_point.hpp"
 #include "solver/minimum_norm.hpp"
+#include "solver/residual.hpp"
 #include "solver/sliding_load.hpp"
 #include "solver/solver_settings.hpp"
 #include "solver/wide_contacts.hpp"
@@ -38,6 +39,7 @@ struct SolverWorkspace {
   std::vector<Vec6> v;
   std::vector<Vec3> saved_impulse, saved_moment, direction;
   std::vector<Vec6> certificate;
+  ContactScales scales;
 };
 
 // `io` in: warm start (impulse of size nc, or empty), certificate if known; out: the answer.

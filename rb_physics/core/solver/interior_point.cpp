@@ -185,7 +185,7 @@ struct InteriorPoint {
 
 }  // namespace
 
-InteriorPointReport interior_point(const ContactProblem& problem,
+InteriorPointReport interior_point(const ContactProblem& problem, const ContactScales& scales,
                                    const std::vector<FrictionCone>& cones, double tolerance,
                                    int max_steps, BodySpace& space, InteriorPointWorkspace& ws,
                                    std::vector<Vec3>& impulse) {
@@ -211,7 +211,8 @@ InteriorPointReport interior_point(const ContactProblem& problem,
   for (;;) {
     const double gap = point.residuals();
     velocity_from_impulses(problem, ws.impulse, no_moment, ws.v);
-    const double r = natural_map_residual(problem, cones, ws.impulse, no_moment, ws.v).natural_map;
+    const double r =
+        natural_map_residual(problem, scales, cones, ws.impulse, no_moment, ws.v).natural_map;
     if (r < report.residual) {
       report.residual = r;
       impulse = ws.impulse;

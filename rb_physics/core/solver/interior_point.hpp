@@ -11,6 +11,7 @@
 #include "contact/problem.hpp"
 #include "solver/body_space.hpp"
 #include "solver/friction_cone.hpp"
+#include "solver/residual.hpp"
 
 namespace rb {
 
@@ -29,7 +30,7 @@ struct InteriorPointReport {
 
 // Contacts without moments only. `impulse` out: the best iterate; in: unused. `space` must be
 // prepared for this problem. Ends at `tolerance`, after `max_steps`, or when it cannot move.
-InteriorPointReport interior_point(const ContactProblem& problem,
+InteriorPointReport interior_point(const ContactProblem& problem, const ContactScales& scales,
                                    const std::vector<FrictionCone>& cones, double tolerance,
                                    int max_steps, BodySpace& space, InteriorPointWorkspace& ws,
                                    std::vector<Vec3>& impulse);

@@ -52,13 +52,10 @@ double noise_speed(const ContactProblem& p, const ContactConstraint& c) {
   return kNoise * (surface_speed(p.velocity[c.a], c.r_a) + of_b);
 }
 
-double typical_velocity(const ContactProblem& p, const std::vector<Vec3>& impulse) {
+double typical_velocity(const ContactScales& scales, const std::vector<Vec3>& impulse) {
   double u = 0.0;
-  for (std::size_t i = 0; i < p.contacts.size(); ++i) {
-    const ContactConstraint& c = p.contacts[i];
-    const double w = inverse_effective_mass(p, c);
-    u = std::max(
-        {u, w * impulse[i].norm(), -relative_velocity(c, p.velocity)[0], noise_speed(p, c)});
+  for (std::size_t i = 0; i < impulse.size(); ++i) {
+    u = std::max({u, scales.w[i] * impulse[i].norm(), scales.speed[i]});
   }
   return u;
 }
@@ -83,7 +80,9 @@ double natural_map_residual(const ContactProblem& problem, const ContactSolution
   check_sizes(problem, solution);
   std::vector<Vec6> v;
   velocity_from_impulses(problem, solution.impulse, solution.moment, v);
-  const double scale = typical_velocity(problem, solution.impulse);
+  ContactScales scales;
+  contact_scales(problem, scales);
+  const double scale = typical_velocity(scales, solution.impulse);
   std::vector<FrictionCone> cones;
   friction_cones(problem, Friction::kKinetic, cones);
   for (std::size_t i = 0; i < cones.size(); ++i) {
@@ -93,25 +92,35 @@ double natural_map_residual(const ContactProblem& problem, const ContactSolution
       cones[i].slide = c.static_friction;
     }
   }
-  return natural_map_residual(problem, cones, solution.impulse, solution.moment, v).natural_map;
+  return natural_map_residual(problem, scales, cones, solution.impulse, solution.moment, v)
+      .natural_map;
 }
 
-ContactResidual natural_map_residual(const ContactProblem& problem,
+void contact_scales(const ContactProblem& problem, ContactScales& scales) {
+  const std::size_t nc = problem.contacts.size();
+  scales.w.resize(nc);
+  scales.speed.resize(nc);
+  scales.least_w = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < nc; ++i) {
+    const ContactConstraint& c = problem.contacts[i];
+    scales.w[i] = inverse_effective_mass(problem, c);
+    scales.speed[i] = std::max(-relative_velocity(c, problem.velocity)[0], noise_speed(problem, c));
+    scales.least_w = std::min(scales.least_w, scales.w[i]);
+  }
+}
+
+ContactResidual natural_map_residual(const ContactProblem& problem, const ContactScales& scales,
                                      const std::vector<FrictionCone>& cones,
                                      const std::vector<Vec3>& impulse,
                                      const std::vector<Vec3>& moment, const std::vector<Vec6>& v) {
   double worst = 0.0;
   ContactResidual result;
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-    const ContactConstraint& c = problem.contacts[i];
-    const double w = inverse_effective_mass(problem, c);
-    const double r = natural_map(cones[i], w, reaction_of(cones[i], impulse, moment, i),
-                                 scaled_slip(c, cones[i], v));
+    const double r = natural_map(cones[i], scales.w[i], reaction_of(cones[i], impulse, moment, i),
+                                 scaled_slip(problem.contacts[i], cones[i], v));
     if (!(r <= worst)) worst = r;  // keeps NaN
-    result.typical_velocity =
-        std::max({result.typical_velocity, w * impulse[i].norm(),
-                  -relative_velocity(c, problem.velocity)[0], noise_speed(problem, c)});
   }
+  result.typical_velocity = typical_velocity(scales, impulse);
   const double scale = result.typical_velocity;
   if (worst == 0.0) {
     result.natural_map = 0.0;

@@ -29,8 +29,16 @@ double natural_map_residual(const ContactProblem& problem, const ContactSolution
 
 inline constexpr double kStickSlip = 1e-8;
 
+// What the residual needs of a problem whatever the impulses are.
+struct ContactScales {
+  std::vector<double> w;      // 1/kg
+  std::vector<double> speed;  // m/s, max(-u_free,n, 3.6e-6 s)
+  double least_w = 0.0;       // 1/kg, of all contacts
+};
+void contact_scales(const ContactProblem& problem, ContactScales& scales);
+
 // The same for given cones and velocities v = v_free + M^-1 J^T lambda. Used inside the solvers.
-ContactResidual natural_map_residual(const ContactProblem& problem,
+ContactResidual natural_map_residual(const ContactProblem& problem, const ContactScales& scales,
                                      const std::vector<FrictionCone>& cones,
                                      const std::vector<Vec3>& impulse,
                                      const std::vector<Vec3>& moment, const std::vector<Vec6>& v);
