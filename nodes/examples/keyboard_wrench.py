@@ -72,6 +72,9 @@ def main() -> None:
             rclpy.spin_once(node, timeout_sec=0.0)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except RuntimeError:  # rcl's: the signal came just before spin_once looked
+        if rclpy.ok():
+            raise
     finally:
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, settings)
         rclpy.try_shutdown()

@@ -21,6 +21,9 @@ def run(make_node: Callable[[], Node]) -> None:
         raise SystemExit(str(error)) from None
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except RuntimeError:  # rcl's: the signal came just before spin looked
+        if rclpy.ok():
+            raise
     finally:
         rclpy.try_shutdown()
 

@@ -191,4 +191,6 @@ def test_any_flipped_bit_of_an_input_is_found_and_named(tmp_path, seed):
     assert result.difference.done == ("apply_wrench b1",)
     assert f"differs from step {acts_in} on" in result.text
     assert f"done right before step {acts_in}: apply_wrench b1" in result.text
-    assert result.difference.body in ("b1", "")  # "": rounded away in what was logged of the poses
+    # Which body shows it first is a matter of rounding: a low bit may be lost in the pushed one's
+    # pose and not in that of the one below, or in all that was logged of the poses ("").
+    assert result.difference.body in ("b0", "b1", "")
