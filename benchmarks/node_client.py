@@ -126,10 +126,13 @@ def main() -> None:
                 track, stamp, last_stamp
             )
             track = [*track[-2:], x] if consecutive else [x]
+            step = 1e-9 * (stamp - last_stamp)
             last_stamp = stamp
             if len(track) == 3 and changed_at is not None:
-                bend = track[0] - 2 * track[1] + track[2]
-                if bend != 0.0 and (bend > 0.0) == positive:
+                # a dt², half of it from the interval before: the first pose after a change of sign
+                # shows none where the old force would go on bending.
+                bend = (track[0] - 2 * track[1] + track[2]) * (1.0 if positive else -1.0)
+                if bend > -0.5 * PROBE_FORCE * step**2:  # its mass is 1 kg
                     latencies.append(time.monotonic() - changed_at)
                     changed_at = None
     figures = np.array(latencies[5:] or [np.nan]) * 1e3

@@ -139,7 +139,7 @@ class Publishing:
 
     def stepped(self, world: Any) -> None:
         """Send what is due after steps; `flush` or `send_until` send the rest."""
-        self._publish(self._recorder.after_step())
+        self._recorder.after_step(self._publish)
 
     def send_until(self, deadline: float) -> None:
         """Send what still waits, as long as time.monotonic() is before `deadline`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
@@ -145,9 +145,13 @@ class Recorder:
 
     # -- the run ----------------------------------------------------------------------------------
 
-    def after_step(self) -> list[Message]:
-        """Call after one or several steps: logs what they did, returns the outputs that are due."""
+    def after_step(self, send: Callable[[list[Message]], None] | None = None) -> list[Message]:
+        """Call after one or several steps: logs what they did, returns the outputs that are due.
+
+        `send` gets them before they are logged: a reader waits for them, the log does not."""
         messages = self.outputs.collect()
+        if send is not None:
+            send(messages)
         if self._log is None:
             self._count()
             return messages
