@@ -70,6 +70,7 @@ class PhysicsLoop:
         self.finished = threading.Event()  # the duration is over, or the loop has ended
         self.error: BaseException | None = None
         self.paused = paused
+        self._halted = False  # paused by a divergence: a reset goes on
         self.held = False  # nothing steps, not even ~/step: the node is inactive
         self._inputs = inputs
         self._sender = sender
@@ -168,7 +169,7 @@ class PhysicsLoop:
             self._end_ordered(True, f"at step {self.step}, time {world.time:.9g} s")
 
     def _diverged(self, error: DivergedError) -> None:
-        self.paused = True
+        self.paused = self._halted = True
         self._log(f"{error}; the simulation is paused at its last good state, ~/reset starts anew")
         self._end_ordered(False, str(error))
 
@@ -206,7 +207,7 @@ class PhysicsLoop:
             self._ordered_until = min(self._ordered_until, self._last_step)
 
     def _do_pause(self, pause: bool) -> Answer:
-        self.paused = pause
+        self.paused, self._halted = pause, False
         self._pacer.restart(self.step)
         return True, f"{'paused' if pause else 'running'} at time {self.world.time:.9g} s"
 
@@ -238,6 +239,8 @@ class PhysicsLoop:
     def _restore(self, operation: str, **arguments: bool) -> Answer:
         self._inputs.clear(self.step, self._perform)
         self._perform(operation, **arguments)
+        if self._halted:
+            self.paused = self._halted = False
         self._sender.start(self.world)
         self._pacer.restart(self.step)
         return True, f"state reset, time is {self.world.time:.9g} s"

@@ -51,6 +51,17 @@ def test_a_reset_lets_go_of_a_wrench_that_is_held(simulator):
         "apply_wrench", "clear_wrenches", "reset_state"]  # fmt: skip
 
 
+def test_a_reset_after_a_divergence_goes_on(simulator):
+    sim = simulator()
+    poses = sim.client.collect(PoseArray, "/sim_node/poses")
+    publisher = sim.client.publisher(WrenchStamped, WRENCH)
+    publisher.publish(push(1e308))
+    wait_for(lambda: "~/reset starts anew" in sim.node.output, "the node to pause")
+    assert sim.client.call(Trigger, "/sim_node/reset").success
+    seen = len(poses)
+    wait_for(lambda: len(poses) > seen + 20, "poses after the reset")
+
+
 def test_clocks_of_other_nodes_follow_also_backwards(simulator):
     sim = simulator()
     node = sim.client.node

@@ -63,10 +63,14 @@ NormalImpact reflections_impact(const ContactProblem& problem, SolverWorkspace& 
     return normal_speeds(problem, out.velocity);
   };
   // One coefficient for all blends two feasible answers: feasible. Different ones may not be: then
-  // the least of them serves all.
+  // the least of those that are struck serves all.
   const Eigen::VectorXd after = finish(epsilon);
   if (after.minCoeff() < -tiny || gains_energy(out.impulse, before, after)) {
-    finish(Eigen::VectorXd::Constant(nc, epsilon.minCoeff()));
+    double least = 1.0;
+    for (Eigen::Index i = 0; i < nc; ++i) {
+      if (before[i] < -tiny) least = std::min(least, epsilon[i]);
+    }
+    finish(Eigen::VectorXd::Constant(nc, least));
   }
   return out;
 }

@@ -34,8 +34,8 @@ void IslandAdvance::run(double h) {
   const bool event_stepper = settings.stepper == Stepper::EVENT;
   if (!event_stepper && is_large_island(contacts.size())) return run_in_one_solve(h);
   // Contact times are worth their price while the island is small; a heap closes its gaps within
-  // one solve. The event stepper always takes them.
-  const bool by_events =
+  // one solve, but for those that open again. The event stepper always takes them.
+  const bool always =
       event_stepper || contacts.size() <= static_cast<std::size_t>(settings.max_event_contacts);
   // An event costs a solve: the more contacts, the fewer events.
   const int share = contacts.empty() ? settings.max_events
@@ -48,6 +48,7 @@ void IslandAdvance::run(double h) {
   find_partners();
   while (true) {
     strike();
+    const bool by_events = always || rebound_ahead(left);
     const bool last = !by_events || events >= most_events;
     if (by_events && last) ++stats.capped;
     double tau = last ? left : piece_of(left);
@@ -128,6 +129,20 @@ double IslandAdvance::rest_speed(const Contact& c) const {
   // A bounce of speed v lasts 2 v / g.
   const double bounce = 0.5 * std::fmax(pull(a, c.body_a), pull(b, c.body_b));
   return world_.settings.dt * (bounce + swing + turn(a, c.body_a, r_a) + turn(b, c.body_b, r_b));
+}
+
+// Whether a gap may close within `left` seconds so fast that it opens again: one solve would close
+// it for good, however many contacts there are.
+bool IslandAdvance::rebound_ahead(double left) const {
+  constexpr double early = 1.5;  // forces may speed the approach up
+  return std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+    if (c.touching() || !(c.material.restitution > 0.0)) return false;
+    const Vec3 point = place_of(world_.bodies, c).point;
+    const double approach = -c.point.normal.dot(
+        relative_velocity(world_.bodies[c.body_a], world_.bodies[c.body_b], point));
+    return early * approach * left > c.point.separation &&
+           c.material.restitution * approach > rest_speed(c);
+  });
 }
 
 void IslandAdvance::add_impulse(Contact& c, const ContactConstraint& k, const Vec3& impulse,

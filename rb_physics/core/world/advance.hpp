@@ -82,6 +82,7 @@ class IslandAdvance {
   double approach_of_pair(const ColliderPair& pair, double t);
   SolverSettings solver_settings() const;
   double rest_speed(const Contact& c) const;
+  bool rebound_ahead(double left) const;
   void add_impulse(Contact& c, const ContactConstraint& k, const Vec3& impulse, const Vec3& moment);
   bool approaches() const;
   bool turning(double tau) const;
