@@ -58,6 +58,10 @@ def branch(
     dt = run.dt
     if settings.get("dt", dt) != dt:
         raise RecordingError("a branch keeps the step of its recording: dt can't be changed")
+    longest = 1e6  # s, as for a run
+    for name, value in (("start", start), ("until", until)):
+        if value is not None and not 0.0 <= value <= longest:
+            raise RecordingError(f"{name} is {value:g} s; it must be 0 to {longest:g} s")
     first = round(start / dt) - run.first_step
     last = len(run.hashes) if until is None else round(until / dt) - run.first_step
     if not 0 <= first <= len(run.hashes):

@@ -15,6 +15,7 @@ from .mcap_reader import (
     IndexedChunk,
     LogMessage,
     Summary,
+    check_records,
     chunk_at,
     decompressed,
     messages_of_chunk,
@@ -132,6 +133,7 @@ class Recording:
                 yield path, record
                 continue
             try:
+                check_records(record.data)
                 parts = breakup_chunk(record)
             except (McapError, *DAMAGE) as error:
                 self._damaged(path, skip_damaged, error)

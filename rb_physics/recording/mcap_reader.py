@@ -208,6 +208,18 @@ def _unpack_zstd(data: bytes, size: int) -> bytes:
         raise ValueError(str(error)) from None
 
 
+def check_records(data: bytes) -> None:
+    """Raises ValueError unless the bytes of a chunk are records of some kind, end to end."""
+    position = 0
+    while position < len(data):
+        opcode, length = _HEAD.unpack_from(data, position)
+        if opcode == 0:
+            raise ValueError("a record of no kind")
+        position += _HEAD.size + length
+    if position > len(data):
+        raise ValueError("a record is longer than its chunk")
+
+
 def messages_of_chunk(
     data: bytes,
     channels: dict[int, tuple[str, str] | None],
@@ -239,6 +251,8 @@ def messages_of_chunk(
                 yield LogMessage(topic, kind, log_time, sequence, data[start + fixed : position])
             continue
         opcode, length = _HEAD.unpack_from(data, position)
+        if opcode == 0:  # no record has it; zeros would be millions of records of no length
+            raise ValueError("a record of no kind")
         start = position + _HEAD.size
         position = start + length
         if position > end:

@@ -49,7 +49,7 @@ class Verification(NamedTuple):
     steps: int  # steps compared and equal
     duration: float  # s of simulated time they cover
     difference: Difference | None
-    remarks: tuple[str, ...]  # differences of version and machine
+    remarks: tuple[str, ...]  # what is lost; differences of version and machine
 
     @property
     def text(self) -> str:
@@ -96,11 +96,21 @@ class Run:
             self.first_step = int(notes["first_step"])  # steps of log time before the start
             self._namespace = "/" + notes["node_name"].strip("/") + "/"
             self.steps, self.hashes = self._read()
-        if len(self.steps) and not np.array_equal(self.steps, np.arange(1, len(self.steps) + 1)):
+        if len(self.steps) == 0 and self.recorded_steps != 0:
+            raise RecordingError(
+                f"{log.directory} holds no state hashes: there is nothing to compare a repetition with"
+            )
+        if not np.array_equal(self.steps, np.arange(1, len(self.steps) + 1)):
             raise RecordingError(f"{log.directory}: the state hashes of some steps are missing")
         self.initial = attachments.get("initial.snapshot", self.snapshots.get(0, b""))
         if 0 not in self.snapshots:
             raise RecordingError(f"{log.directory}: the snapshot of the start is missing")
+
+    @property
+    def recorded_steps(self) -> int | None:
+        """Steps that were made, as noted at the end; None where the end is missing."""
+        noted = self.notes.get("steps", "")
+        return int(noted) if noted.isdecimal() else None
 
     def _read(self) -> tuple[NDArray, NDArray]:
         """Operations and snapshots into place; the steps with a hash, and the hashes."""
@@ -218,6 +228,10 @@ class Repetition:
             self.world.step(until - self.step)
         except DivergedError as error:
             self.diverged = error
+        except ValueError as error:
+            raise RecordingError(
+                f"{self._run.log.directory}: what is recorded up to step {self.step} can't go on: {error}"
+            ) from None
         hashes = np.asarray(self.world.drain_hashes(), np.uint64)
         self.step = until if self.diverged is None else self.step + len(hashes)
         return hashes
@@ -243,6 +257,11 @@ def verify(
     dt = run.dt
     repetition = Repetition(run, **settings)
     if start is not None:
+        begin, end = run.first_step * dt, (run.first_step + len(run.hashes)) * dt
+        if not begin - dt / 2 <= start <= end + dt / 2:
+            raise RecordingError(
+                f"start is {start:g} s; {run.log.directory} goes from {begin:g} to {end:g} s"
+            )
         repetition.skip_to(
             max(s for s in run.snapshots if s == 0 or (s + run.first_step) * dt <= start + dt / 2)
         )
@@ -333,10 +352,18 @@ def _widest(recorded: NDArray, repeated: NDArray) -> tuple[int, str, str] | None
 
 
 def _remarks(run: Run) -> tuple[str, ...]:
-    """What is different here from where the recording was made."""
-    here = environment()
-    return tuple(
-        f"recorded with {key} {run.notes[key]}, repeated with {value}"
-        for key, value in here.items()
-        if key in run.notes and run.notes[key] != value
+    """What the recording has lost, and what is different here from where it was made."""
+    here, held = environment(), len(run.hashes)
+    lost = []
+    if run.recorded_steps not in (None, held):
+        lost = [f"{run.recorded_steps} steps were made, the recording holds {held} of them"]
+    elif run.log.torn:
+        lost = [f"torn off: the recording holds {held} steps"]
+    return (
+        *lost,
+        *(
+            f"recorded with {key} {run.notes[key]}, repeated with {value}"
+            for key, value in here.items()
+            if key in run.notes and run.notes[key] != value
+        ),
     )

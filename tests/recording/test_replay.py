@@ -9,6 +9,7 @@ import yaml
 
 import rb_physics as rb
 from rb_physics.recording import Recorder, RecordingError
+from rb_physics.recording.branch import branch
 from rb_physics.recording.log_reader import Recording
 from rb_physics.recording.mcap_log import Attachment, McapLog
 from rb_physics.recording.message_queue import Entry
@@ -82,6 +83,46 @@ def test_eventful_run_is_identical(tmp_path):
     assert result.steps == 230
     assert seen[-1] == (230, 230, 0.002)
     assert result.text == "identical, 230 steps, 0.46 s"
+
+
+def with_hashes_until(source, target, last: float) -> None:
+    """A copy of a bag of 230 steps without the state hashes behind `last` s."""
+    log = Recording(source)
+    attachments = [Attachment(n, "", d) for n, d in log.attachments().items()]
+    copy = McapLog(target, custom_data=log.custom_data, attachments=attachments)
+    ids: dict[str, int] = {}
+    for m in log.messages():
+        if m.topic.endswith("/state_hash") and m.log_time > last * 1e9:
+            continue
+        if m.topic not in ids:
+            ids[m.topic] = copy.add_topic(m.topic, m.type, Qos())
+        copy.write([Entry(ids[m.topic], m.log_time, m.step, m.data)])
+    copy.close({"steps": "230"})
+
+
+def test_a_bag_without_hashes_is_not_called_identical(tmp_path):
+    record_eventful(tmp_path / "run")
+    with_hashes_until(tmp_path / "run", tmp_path / "bare", -1.0)
+    with pytest.raises(RecordingError, match="no state hashes"):
+        verify(tmp_path / "bare")
+
+
+def test_what_is_lost_is_told(tmp_path):
+    record_eventful(tmp_path / "run")
+    with_hashes_until(tmp_path / "run", tmp_path / "part", 0.2)
+    result = verify(tmp_path / "part")
+    assert result.difference is None
+    assert 0 < result.steps < 230
+    assert f"230 steps were made, the recording holds {result.steps} of them" in result.text
+
+
+@pytest.mark.parametrize("start", [-1.0, 50.0, float("nan")])
+def test_a_start_outside_the_recording_is_refused(tmp_path, start):
+    record_eventful(tmp_path / "run")
+    with pytest.raises(RecordingError, match="goes from 0 to 0.46 s"):
+        verify(tmp_path / "run", start=start)
+    with pytest.raises(RecordingError, match="start is"):
+        branch(tmp_path / "run", tmp_path / "b", start=start)
 
 
 @pytest.mark.parametrize(("start", "steps"), [(0.0, 230), (0.15, 180), (0.31, 80)])
