@@ -60,8 +60,8 @@ def branch(
         raise RecordingError("a branch keeps the step of its recording: dt can't be changed")
     longest = 1e6  # s, as for a run
     for name, value in (("start", start), ("until", until)):
-        if value is not None and not 0.0 <= value <= longest:
-            raise RecordingError(f"{name} is {value:g} s; it must be 0 to {longest:g} s")
+        if value is not None and not abs(value) <= longest:
+            raise RecordingError(f"{name} is {value:g} s; it must be a time up to {longest:g} s")
     first = round(start / dt) - run.first_step
     last = len(run.hashes) if until is None else round(until / dt) - run.first_step
     if not 0 <= first <= len(run.hashes):
@@ -74,7 +74,14 @@ def branch(
     repetition = Repetition(run)
     repetition.skip_to(max(step for step in run.snapshots if step <= first))
     while repetition.step < first:
-        repetition.advance(first)
+        before = repetition.step
+        hashes = repetition.advance(first)
+        wrong = np.nonzero(hashes != run.hashes[before : before + len(hashes)])[0]
+        if len(wrong):
+            raise RecordingError(
+                f"{run.log.directory}: the repetition differs from step {before + int(wrong[0]) + 1} on, "
+                "so that there is nothing to part from: `rb_physics verify` tells what differs"
+            )
         if repetition.diverged is not None:
             raise repetition.diverged
     _check(wrenches, repetition.world, start)

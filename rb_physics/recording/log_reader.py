@@ -87,12 +87,18 @@ class Recording:
         except RecordingError:
             raise
         except (OSError, ValueError) as error:
-            raise RecordingError(f"{path} can't be read: {str(error).splitlines()[0]}") from None
+            raise RecordingError(
+                f"{path} can't be read: {str(error).splitlines()[0]}; without it (moved away) the "
+                ".mcap files are read as they are"
+            ) from None
         information = (
             content.get("rosbag2_bagfile_information") if isinstance(content, dict) else None
         )
         if not isinstance(information, dict):
-            raise RecordingError(f"{path} is not the metadata of a rosbag2 bag")
+            raise RecordingError(
+                f"{path} is not the metadata of a rosbag2 bag; without it (moved away) the .mcap "
+                "files are read as they are"
+            )
         return information
 
     def _find_files(self) -> list[Path]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from .definitions import UnknownTypeError
 from .log_reader import Recording
 from .mcap_log import Attachment, RecordingError
+from .mcap_reader import read_summary
 from .plain_yaml import load_plain
 from .rosbag2 import FileInfo, bag_metadata, write_atomically
 from .topics import Qos
@@ -22,6 +24,20 @@ class Recovered(NamedTuple):
     until: float  # s of log time, of the last message
     torn_bytes: int  # behind the last whole record
     damaged_chunks: int  # left out
+
+
+def _records(log: Recording) -> Iterator[tuple[Path, Any]]:
+    """All that can be read; of finished files first what the channels are, as their end repeats it:
+    the chunk that says it may be damaged."""
+    current: Path | None = None
+    for path, record in log.records(skip_damaged=True):
+        if path != current:
+            current = path
+            with open(path, "rb") as file:
+                summary = read_summary(file)
+            for definition in summary.definitions if summary is not None else ():
+                yield path, definition
+        yield path, record
 
 
 def recover(recording: str | Path) -> Recovered:
@@ -67,7 +83,7 @@ def _copy(log: Recording, source: Path, target: Path) -> Recovered:
         known_schemas: dict[tuple[str, bytes], int] = {}
         known_channels: dict[tuple[str, int], int] = {}
         attached: set[str] = set()
-        for path, record in log.records(skip_damaged=True):
+        for path, record in _records(log):
             if path != current:
                 current, schemas, channels = path, {}, {}
             if isinstance(record, Schema):
