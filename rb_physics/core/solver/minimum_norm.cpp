@@ -8,7 +8,8 @@
 namespace rb {
 namespace {
 
-constexpr double kNear = 1e-3;  // a certificate that leaves no more of the target is a start
+constexpr double kNear = 1e-3;      // a certificate that leaves no more of the target is a start
+constexpr double kRefined = 1e-11;  // of the target: from here on the answer moves by increments
 
 // J_i y as a reaction (no bias).
 Reaction contact_components(const ContactConstraint& c, const FrictionCone& cone,
@@ -33,6 +34,11 @@ struct Newton {
       ws.reaction[i] = project_on_face(cones[i], ws.faces[i], ws.argument[i], &ws.d[i]);
       add_wrench(problem.contacts[i], cones[i], ws.reaction[i], ws.wrench);
     }
+    return missing();
+  }
+
+  // ws.dz := target - B^T ws.wrench; returns its norm.
+  double missing() {
     space.scale_transposed(ws.wrench, ws.dz);
     double sq = 0.0;
     for (std::size_t i = 0; i < ws.dz.size(); ++i) {
@@ -40,6 +46,23 @@ struct Newton {
       sq += ws.dz[i].squaredNorm();
     }
     return std::sqrt(sq);
+  }
+
+  // A Newton step that adds to the reactions. Up a stack y grows with the square of its height, and
+  // differences of it are no better than its rounding: what is missing is.
+  double refine() {
+    space.scale(ws.dz, ws.y_step);
+    ws.wrench.assign(ws.y.size(), Vec6::Zero());
+    for (std::size_t i = 0; i < cones.size(); ++i) {
+      const Reaction step = contact_components(problem.contacts[i], cones[i], ws.y_step);
+      const ReactionDerivative& d = ws.d[i];
+      Reaction& r = ws.reaction[i];
+      r.force += d.ff * step.force + d.fm * step.moment;
+      r.moment += d.mf * step.force + d.mm * step.moment;
+      add_wrench(problem.contacts[i], cones[i], r, ws.wrench);
+    }
+    for (std::size_t i = 0; i < ws.y.size(); ++i) ws.y[i] += ws.y_step[i];
+    return missing();
   }
 
   // Slope of the dual energy sum |P_F|^2 / 2 - target . z along dz.
@@ -74,6 +97,12 @@ struct Newton {
       }
     }
     ws.dz = ws.target;
+  }
+
+  double step() {
+    const double length = line_search();
+    for (std::size_t i = 0; i < ws.y.size(); ++i) ws.y[i] += length * ws.y_step[i];
+    return evaluate();
   }
 
   double line_search() {
@@ -191,19 +220,10 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
     if (!space.factorize(problem, cones, ws.d, 1.0 / eps, true)) return -steps - 1;
     for (Vec6& x : ws.dz) x /= eps;
     space.solve(ws.dz);
-    const double step = newton.line_search();
-    for (std::size_t i = 0; i < nb; ++i) ws.y[i] += step * ws.y_step[i];
-    const double next = newton.evaluate();
+    const double last = norm;
+    norm = last <= kRefined * scale ? newton.refine() : newton.step();
     ++steps;
-    if (next <= 4e-16 * scale) {
-      norm = next;
-      break;
-    }
-    if (next > 0.3 * norm && norm <= 1e-13 * scale) {
-      norm = next;
-      break;
-    }
-    norm = next;
+    if (norm <= 4e-16 * scale || (norm > 0.3 * last && last <= 1e-13 * scale)) break;
   }
   if (!(norm <= 1e-12 * scale)) return -steps - 1;
   for (std::size_t i = 0; i < nc; ++i) {
