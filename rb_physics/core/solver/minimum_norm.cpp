@@ -59,6 +59,7 @@ struct Newton {
       Reaction& r = ws.reaction[i];
       r.force += d.ff * step.force + d.fm * step.moment;
       r.moment += d.mf * step.force + d.mm * step.moment;
+      r = project_on_face(cones[i], ws.faces[i], r, nullptr);
       add_wrench(problem.contacts[i], cones[i], r, ws.wrench);
     }
     for (std::size_t i = 0; i < ws.y.size(); ++i) ws.y[i] += ws.y_step[i];
