@@ -96,9 +96,9 @@ class Replay:
         check_rate(rate)
         recording = Recording(path)
         recording.load_index()
-        content = recording.attachments().get("topics.json")
-        if content is None:
-            raise ValueError(f"{path} was not made by rb_physics: replay it with ros2 bag play")
+        content = recording.attachment(
+            "topics.json", "was not made by rb_physics: replay it with ros2 bag play"
+        )
         listed = sorted(json.loads(content), key=lambda t: t["direction"] == "out")
         topics = {t["name"]: t for t in listed}  # of an input and an output of one name, the latter
         topics |= _of_later_bodies(recording.metadata, topics)

@@ -7,18 +7,26 @@ import os
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from .cli_options import (
+    NEW_FOLDER,
+    layout_option,
+    new_png,
+    no_rerun_option,
+    push_option,
+    recording_argument,
+)
 from .errors import DivergedError, SceneError
+from .progress import LateProgress, Progress
 
 if TYPE_CHECKING:
     from .scene import Scene
     from .world import World
 
 BATCH = 100  # steps; long enough not to slow down, short enough to show progress and take Ctrl-C
-LINE_EVERY = 5.0  # s of wall time between progress lines where there is no terminal
 
 
 class _Commands(click.Group):
@@ -30,8 +38,11 @@ class _Commands(click.Group):
         except BrokenPipeError:  # the reader, such as head, has what it wanted
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             sys.exit(0)
-        except (SceneError, DivergedError, OSError) as error:
+        except (SceneError, DivergedError) as error:
             raise click.ClickException(str(error)) from None
+        except OSError as error:
+            where = f"{error.filename}: " if error.filename else ""
+            raise click.ClickException(where + (error.strerror or str(error))) from None
         except ImportError as error:
             raise click.ClickException(
                 f"{error.name or error} is missing from this environment: pip install rb_physics "
@@ -92,11 +103,11 @@ def topics(scene: str, path: Path | None, node: str) -> None:
 )
 @click.option(
     "--record",
-    type=click.Path(path_type=Path),
+    type=NEW_FOLDER,
     metavar="DIR",
     help="Record into this new folder (a rosbag2 bag and a Rerun recording).",
 )
-@click.option("--no-rerun", is_flag=True, help="Record the bag only.")
+@no_rerun_option
 def run(scene: str, duration: float, record: Path | None, no_rerun: bool) -> None:
     """Simulate SCENE, a path of a scene file or the name of a packaged scene, as fast as possible."""
     from .scene import load_scene
@@ -121,7 +132,7 @@ def run(scene: str, duration: float, record: Path | None, no_rerun: bool) -> Non
 
 
 @main.command()
-@click.argument("recording", type=click.Path(path_type=Path))
+@recording_argument()
 def info(recording: Path) -> None:
     """Summarise RECORDING, the folder of a run."""
     from .recording.summary import summary
@@ -130,12 +141,9 @@ def info(recording: Path) -> None:
 
 
 @main.command()
-@click.argument("recording", type=click.Path(path_type=Path))
-@click.option(
-    "--png",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE",
-    help="Render a picture into this new file instead of opening a window; needs no screen.",
+@recording_argument()
+@new_png(
+    "--png", "Render a picture into this new file instead of opening a window; needs no screen."
 )
 @click.option(
     "--at",
@@ -145,13 +153,7 @@ def info(recording: Path) -> None:
     metavar="SECONDS",
     help="Time of the recording to show; default: its start, for a picture its middle.",
 )
-@click.option(
-    "--layout",
-    type=click.Choice(["overview", "contact", "debug"]),
-    default="overview",
-    show_default=True,
-    help="How the views are arranged.",
-)
+@layout_option
 def view(recording: Path, png: Path | None, moment: float | None, layout: str) -> None:
     """Open RECORDING, the folder of a run or a .rrd file, in Rerun."""
     from .recording.render import open_viewer, render_png
@@ -165,20 +167,22 @@ def view(recording: Path, png: Path | None, moment: float | None, layout: str) -
 
 
 @main.command()
-@click.argument("recording", type=click.Path(path_type=Path))
+@recording_argument()
 def recover(recording: Path) -> None:
     """Make a whole copy, RECORDING_recovered, of a recording that was torn off or damaged."""
     from .recording.recover import recover as make_copy
 
     result = make_copy(recording)
+    left_out = f"{result.torn_bytes} torn bytes and {result.damaged_chunks} damaged chunks left out"
+    if result.damaged_attachments:
+        left_out += f", and damaged attachments: {', '.join(result.damaged_attachments)}"
     click.echo(
-        f"{result.directory}: {result.messages} messages up to {result.until:.3f} s; "
-        f"{result.torn_bytes} torn bytes and {result.damaged_chunks} damaged chunks left out"
+        f"{result.directory}: {result.messages} messages up to {result.until:.3f} s; {left_out}"
     )
 
 
 @main.command()
-@click.argument("recording", type=click.Path(path_type=Path))
+@recording_argument()
 @click.option("--start", type=float, metavar="SECONDS", help="Begin at the snapshot before.")
 @click.option("--threads", type=click.IntRange(min=1), help="Repeat with so many threads.")
 def verify(recording: Path, start: float | None, threads: int | None) -> None:
@@ -186,7 +190,7 @@ def verify(recording: Path, start: float | None, threads: int | None) -> None:
     from .recording.replay import verify as repeat
 
     chosen = {} if threads is None else {"threads": threads}
-    with _LateProgress() as progress:
+    with LateProgress() as progress:
         result = repeat(recording, start=start, progress=progress, **chosen)
     click.echo(result.text)
     if result.difference is not None:
@@ -194,28 +198,14 @@ def verify(recording: Path, start: float | None, threads: int | None) -> None:
 
 
 @main.command()
-@click.argument("recording", type=click.Path(path_type=Path))
+@recording_argument()
 @click.option(
     "--from", "start", type=float, required=True, metavar="SECONDS", help="Where to part."
 )
 @click.option("--until", type=float, metavar="SECONDS", help="Default: the end of RECORDING.")
-@click.option("--record", type=click.Path(path_type=Path), required=True, metavar="DIR")
-@click.option(
-    "--wrench",
-    "wrenches",
-    multiple=True,
-    type=(str, float, float, float),
-    metavar="BODY FX FY FZ",
-    help="Force (N, world axes) added from the start on; may be given several times.",
-)
-@click.option(
-    "--torque",
-    "torques",
-    multiple=True,
-    type=(str, float, float, float),
-    metavar="BODY TX TY TZ",
-    help="Torque (N m, world axes) added from the start on; may be given several times.",
-)
+@click.option("--record", type=NEW_FOLDER, required=True, metavar="DIR")
+@push_option("--wrench", "wrenches", "F", "Force (N, world axes)")
+@push_option("--torque", "torques", "T", "Torque (N m, world axes)")
 @click.option("--impact-law", help="Another impact law than recorded.")
 @click.option("--stepper", help="Another stepper than recorded.")
 @click.option(
@@ -227,7 +217,7 @@ def verify(recording: Path, start: float | None, threads: int | None) -> None:
     help="Another value than recorded of any field of Settings, as in a scene file; may be given "
     "several times.",
 )
-@click.option("--no-rerun", is_flag=True, help="Record the bag only.")
+@no_rerun_option
 def replay(
     recording: Path,
     start: float,
@@ -245,7 +235,7 @@ def replay(
     settings: dict[str, Any] = {k: value for k, value in changed.items() if value is not None}
     settings |= {name: _value(name, text) for name, text in chosen}
     none = (0.0, 0.0, 0.0)
-    with _LateProgress() as progress:
+    with LateProgress() as progress:
         steps = branch(
             recording,
             record,
@@ -273,15 +263,9 @@ def _value(name: str, text: str) -> Any:
 
 
 @main.command()
-@click.argument("first", type=click.Path(path_type=Path))
-@click.argument("second", type=click.Path(path_type=Path))
-@click.option(
-    "--plot",
-    "png",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE",
-    help="Draw how far each body is apart, over time, into this new PNG file.",
-)
+@recording_argument("first")
+@recording_argument("second")
+@new_png("--plot", "Draw how far each body is apart, over time, into this new PNG file.")
 def compare(first: Path, second: Path, png: Path | None) -> None:
     """Say where the poses of two recordings part; exit code 1 when they do."""
     from .recording.compare import compare as find
@@ -297,8 +281,8 @@ def compare(first: Path, second: Path, png: Path | None) -> None:
 
 
 @main.command()
-@click.argument("recording", type=click.Path(path_type=Path))
-@click.argument("directory", type=click.Path(path_type=Path))
+@recording_argument()
+@click.argument("directory", type=NEW_FOLDER)
 @click.option(
     "--format",
     "format_",
@@ -315,7 +299,7 @@ def export(recording: Path, directory: Path, format_: str) -> None:
 
 
 @main.command()
-@click.argument("recording", type=click.Path(path_type=Path))
+@recording_argument()
 @click.argument("png", type=click.Path(path_type=Path, dir_okay=False))
 def plot(recording: Path, png: Path) -> None:
     """Draw energy, contact forces and heights of RECORDING into a new PNG file."""
@@ -325,7 +309,7 @@ def plot(recording: Path, png: Path) -> None:
 
 
 def _simulate(world: World, steps: int) -> None:
-    with _Progress(steps, world.dt) as progress:
+    with Progress(steps, world.dt) as progress:
         while (left := steps - progress.done) > 0:
             count = min(left, BATCH)
             world.step(count)
@@ -337,7 +321,7 @@ def _simulate_recorded(world: World, steps: int, scene: Scene, folder: Path, rer
 
     with (
         Recorder(world, folder, scene=scene, topics=load_topics(), rerun=rerun) as recorder,
-        _Progress(steps, world.dt) as progress,
+        Progress(steps, world.dt) as progress,
     ):
         while (left := steps - progress.done) > 0:
             count = min(left, BATCH, recorder.steps_until_due())
@@ -362,65 +346,3 @@ def _report(world: World, steps: int, elapsed: float) -> None:
         f"deepest penetration {stats.max_penetration:.1e} m"
     )
     click.echo(f"state hash {world.state_hash:016x}")
-
-
-class _Progress:
-    """A progress bar on a terminal, a line every few seconds elsewhere; counts steps."""
-
-    def __init__(self, steps: int, dt: float, stream: TextIO = sys.stderr) -> None:
-        self.steps, self.dt, self.stream = steps, dt, stream
-        self.done = 0
-        self.next_line = time.monotonic() + LINE_EVERY
-        self.bar: Any = None
-        self.pending, self.shown = 0, time.monotonic()
-
-    def __enter__(self) -> _Progress:
-        if self.stream.isatty():
-            from tqdm import tqdm
-
-            self.bar = tqdm(
-                total=self.steps * self.dt,
-                file=self.stream,
-                unit="s",
-                bar_format="{percentage:3.0f}% |{bar}| {n:.1f}/{total:.1f} s simulated, {remaining} left",
-            )
-        return self
-
-    def __call__(self, count: int) -> None:
-        self.done += count
-        self.pending += count
-        now = time.monotonic()
-        if self.bar is not None:
-            if now - self.shown > 0.1 or self.done == self.steps:
-                self.bar.update(self.pending * self.dt)
-                self.pending, self.shown = 0, now
-        elif now >= self.next_line:
-            self.next_line = now + LINE_EVERY
-            print(
-                f"{self.done * self.dt:.1f} of {self.steps * self.dt:.1f} s simulated",
-                file=self.stream,
-                flush=True,
-            )
-
-    def __exit__(self, *_: object) -> None:
-        if self.bar is not None:
-            self.bar.close()
-
-
-class _LateProgress:
-    """Progress of something whose length is known when it reports for the first time."""
-
-    def __init__(self) -> None:
-        self.bar: _Progress | None = None
-
-    def __enter__(self) -> _LateProgress:
-        return self
-
-    def __call__(self, done: int, total: int, dt: float) -> None:
-        if self.bar is None:
-            self.bar = _Progress(total, dt).__enter__()
-        self.bar(done - self.bar.done)
-
-    def __exit__(self, *_: object) -> None:
-        if self.bar is not None:
-            self.bar.__exit__()

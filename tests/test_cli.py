@@ -13,6 +13,7 @@ from click.testing import CliRunner, Result
 
 import rb_physics as rb
 from rb_physics import cli
+from rb_physics import progress as progress_module
 
 
 def call(*arguments: str) -> Result:
@@ -166,9 +167,9 @@ def test_command_works_from_any_folder(tmp_path: Path) -> None:
 def test_progress_is_a_bar_on_a_terminal_and_lines_elsewhere(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(cli, "LINE_EVERY", 0.0)
+    monkeypatch.setattr(progress_module, "LINE_EVERY", 0.0)
     plain = io.StringIO()
-    with cli._Progress(20, 0.1, plain) as progress:
+    with progress_module.Progress(20, 0.1, plain) as progress:
         progress(10)
         progress(10)
     assert plain.getvalue() == "1.0 of 2.0 s simulated\n2.0 of 2.0 s simulated\n"
@@ -178,7 +179,7 @@ def test_progress_is_a_bar_on_a_terminal_and_lines_elsewhere(
             return True
 
     terminal = Terminal()
-    with cli._Progress(20, 0.1, terminal) as progress:
+    with progress_module.Progress(20, 0.1, terminal) as progress:
         progress(10)
         progress(10)
     assert "100%" in terminal.getvalue()

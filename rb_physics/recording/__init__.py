@@ -42,10 +42,12 @@ message_queue mcap_log  the bag and its writer thread; mcap_writer: one file; ro
 rerun_log               the view; rerun_shapes, _contacts, _applied, _plots: its entities;
                         rerun_blueprint: its layouts; rerun_batch, rerun_sink: how it is fed
 recorder                all of it together
-mcap_reader log_reader  one file, and a whole recording, read back; summary: for people; recover: a
-                        whole one from a torn one
-replay branch compare   doing a run again, going on from one of its moments, finding differences
-tables export plot      columns for other tools; render: pictures of the view
+mcap_reader log_reader  one file, and a whole recording, read back; bag_folder: which files those are;
+                        summary: for people; recover: a whole one from a torn one
+recorded_run            what a log holds of a run; repetition: doing it again; replay: comparing it;
+                        lost_spans: where something is missing
+branch compare          going on from one of its moments, finding differences
+tables export plot      columns for other tools; render: pictures of the view; new_path: where to
 ======================  =========================================================================
 """
 

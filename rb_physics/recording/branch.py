@@ -16,8 +16,9 @@ from .initial_bodies import MATERIAL
 from .log_reader import damage_told
 from .mcap_log import RecordingError
 from .operations import from_json as operation_from_json
+from .recorded_run import Run
 from .recorder import Recorder
-from .replay import Repetition, Run
+from .repetition import Repetition
 
 
 class AddedWrench(NamedTuple):
@@ -63,23 +64,25 @@ def branch(
         if value is not None and not abs(value) <= longest:
             raise RecordingError(f"{name} is {value:g} s; it must be a time up to {longest:g} s")
     first = round(start / dt) - run.first_step
-    last = len(run.hashes) if until is None else round(until / dt) - run.first_step
-    if not 0 <= first <= len(run.hashes):
+    last = run.last_step if until is None else round(until / dt) - run.first_step
+    if not 0 <= first <= run.last_step:
         raise RecordingError(
             f"start is {start:g} s; {run.log.directory} goes from {run.first_step * dt:g} to "
-            f"{(run.first_step + len(run.hashes)) * dt:g} s"
+            f"{(run.first_step + run.last_step) * dt:g} s"
         )
     if last <= first:
         raise RecordingError(f"until must be later than start ({start:g} s)")
     repetition = Repetition(run)
-    repetition.skip_to(max(step for step in run.snapshots if step <= first))
+    snapshot = max([0, *(step for step in run.snapshots if step <= first)])
+    if snapshot > 0:
+        repetition.skip_to(snapshot)
     while repetition.step < first:
         before = repetition.step
         hashes = repetition.advance(first)
-        wrong = np.nonzero(hashes != run.hashes[before : before + len(hashes)])[0]
-        if len(wrong):
+        wrong = run.first_difference(before, hashes)
+        if wrong is not None:
             raise RecordingError(
-                f"{run.log.directory}: the repetition differs from step {before + int(wrong[0]) + 1} on, "
+                f"{run.log.directory}: the repetition differs from step {wrong} on, "
                 "so that there is nothing to part from: `rb_physics verify` tells what differs"
             )
         if repetition.diverged is not None:
@@ -101,6 +104,15 @@ def branch(
         for source, wrench in enumerate(wrenches, _SOURCE):
             recorder.perform("apply_wrench", body=wrench.body, force=wrench.force,
                              torque=wrench.torque, source=source)  # fmt: skip
+        for span in run.lost:
+            if snapshot <= (span.before or span.after) and span.after <= last:
+                since, until = (
+                    (run.first_step + step) * dt for step in (span.after, span.before or 0)
+                )
+                recorder.event(
+                    "WARN",
+                    f"inputs of {run.log.directory.name} from {since:g} to {until:g} s may be lost",
+                )
         pending = repetition.pending()
         for step in range(first, last):
             while pending and pending[-1].step <= step:
@@ -132,7 +144,7 @@ def _held_wrenches(run: Run, first: int) -> str:
     namespace = "/" + run.notes["node_name"].strip("/") + "/"
     names = ("bodies", "held_wrenches", "operations", "poses")
     with damage_told(run.log):
-        for message in run.log.messages({namespace + name for name in names}):
+        for message in run.log.messages({namespace + name for name in names}, skip_damaged=True):
             kind = message.topic.removeprefix(namespace)
             if message.step > first:
                 break

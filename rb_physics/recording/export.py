@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .mcap_log import RecordingError
-from .tables import read_tables
+from .new_path import writing
+from .tables import Tables, read_tables
 
 FORMATS = ("csv", "parquet", "npz")
 _LETTERS = {3: "xyz", 4: "xyzw"}
@@ -28,7 +29,12 @@ def export(recording: str | Path, directory: str | Path, format: str = "csv") ->
     directory = Path(directory)
     if directory.exists():
         raise RecordingError(f"{directory} exists already and is never overwritten")
-    directory.mkdir(parents=True)
+    with writing(directory):
+        directory.mkdir(parents=True)
+        return _write(tables, directory, format)
+
+
+def _write(tables: Tables, directory: Path, format: str) -> list[Path]:
     names = {"bodies": np.array(tables.bodies), "topics": np.array(tables.topics),
              "frames": np.array(tables.frames)}  # fmt: skip
     made = []

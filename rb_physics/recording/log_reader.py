@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
 from typing import IO, Any
 
+from .bag_folder import find_files, read_metadata
+from .lost_spans import LostSpan, LostSpans
 from .mcap_log import RecordingError
 from .mcap_reader import (
     DAMAGE,
+    DamagedAttachment,
+    DamagedChunk,
     IndexedChunk,
     LogMessage,
     Summary,
@@ -22,9 +26,6 @@ from .mcap_reader import (
     read_summary,
     top_level_records,
 )
-from .plain_yaml import load_plain
-
-_METADATA_LIMIT = 64 * 1024 * 1024  # bytes of metadata.yaml
 
 
 class _Channels:
@@ -69,72 +70,33 @@ class Recording:
         if not self.directory.is_dir():
             what = "is a file" if self.directory.exists() else "does not exist"
             raise RecordingError(f"{directory} {what}; give the folder of a recording")
-        self.metadata = self._read_metadata()
-        self.files = self._find_files()
+        self.metadata = read_metadata(self.directory)
+        self.files = find_files(self.directory, self.metadata)
         self.torn: list[Path] = []  # files without an end; this and the next two after reading
         self.torn_bytes = 0  # behind the last whole record of those
         self.damaged_chunks = 0
+        self.damaged_attachments: list[str] = []
+        self.lost: list[LostSpan] = []  # after `messages` that skips what is damaged
         self._summaries: dict[Path, Summary | None] = {}  # of files looked into
-
-    def _read_metadata(self) -> dict[str, Any]:
-        path = self.directory / "metadata.yaml"
-        try:
-            if path.stat().st_size > _METADATA_LIMIT:
-                raise RecordingError(f"{path} is too large to be a bag's metadata")
-            content = load_plain(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            return {}
-        except RecordingError:
-            raise
-        except (OSError, ValueError) as error:
-            raise RecordingError(
-                f"{path} can't be read: {str(error).splitlines()[0]}; without it (moved away) the "
-                ".mcap files are read as they are"
-            ) from None
-        information = (
-            content.get("rosbag2_bagfile_information") if isinstance(content, dict) else None
-        )
-        if not isinstance(information, dict):
-            raise RecordingError(
-                f"{path} is not the metadata of a rosbag2 bag; without it (moved away) the .mcap "
-                "files are read as they are"
-            )
-        return information
-
-    def _find_files(self) -> list[Path]:
-        names = self.metadata.get("relative_file_paths")
-        if names is None:
-            names = [p.name for p in self.directory.glob("*.mcap")]
-        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-            raise RecordingError(f"{self.directory}/metadata.yaml lists no files")
-        for name in names:
-            if Path(name).name != name or not name.endswith(".mcap"):
-                raise RecordingError(
-                    f"{self.directory}/metadata.yaml names {name!r}, which is not an .mcap file of "
-                    "that folder"
-                )
-        # A killed recorder may have begun a file that the metadata doesn't know yet.
-        known = set(names) | {p.name for p in self.directory.glob(f"{self.directory.name}_*.mcap")}
-        ordered = sorted(known, key=lambda name: (len(name), name))
-        files = [self.directory / name for name in ordered]
-        if not files:
-            raise RecordingError(f"{self.directory} holds no .mcap file: it is not a recording")
-        for path in files:
-            if not path.is_file():
-                raise RecordingError(f"{path} is missing, though metadata.yaml lists it")
-        return files
 
     def records(self, skip_damaged: bool = False) -> Iterator[tuple[Path, Any]]:
         """(file, MCAP record) in order, chunks taken apart; a file ends at its end or where it is
         torn (then it is in `torn`).
 
-        Raises RecordingError for a damaged chunk, or skips and counts it in `damaged_chunks`.
+        Raises RecordingError for a damaged chunk or attachment, or skips it and has it in
+        `damaged_chunks` or `damaged_attachments`.
         """
         from mcap.exceptions import McapError
         from mcap.records import Chunk
         from mcap.stream_reader import breakup_chunk
 
-        for path, record in self._whole_records(skip_damaged):
+        for path, record in self._whole_records():
+            if isinstance(record, DamagedChunk):
+                self._damaged(path, skip_damaged, record.error)
+                continue
+            if isinstance(record, DamagedAttachment):
+                self._damaged_attachment(path, skip_damaged, record.name)
+                continue
             if not isinstance(record, Chunk):
                 yield path, record
                 continue
@@ -148,9 +110,9 @@ class Recording:
                 yield path, part
 
     def _whole_records(
-        self, skip_damaged: bool, topics: set[str] | None = None, start: int = 0
+        self, topics: set[str] | None = None, start: int = 0
     ) -> Iterator[tuple[Path, Any]]:
-        """As `records`, with chunks uncompressed but not taken apart.
+        """As `records`, with chunks uncompressed but not taken apart, and what stands for damage.
 
         Of finished files only the chunks with wanted messages are read, if `topics` or a `start`
         (ns) are given.
@@ -158,7 +120,8 @@ class Recording:
         from mcap.exceptions import McapError
         from mcap.records import Chunk, Footer
 
-        self.torn, self.torn_bytes, self.damaged_chunks = [], 0, 0
+        self.torn, self.torn_bytes = [], 0
+        self.damaged_chunks, self.damaged_attachments = 0, []
         for path in self.files:
             summary = self._summary(path) if topics is not None or start > 0 else None
             if summary is not None:
@@ -174,14 +137,13 @@ class Recording:
                             try:
                                 record = decompressed(record)
                             except DAMAGE as error:
-                                self._damaged(path, skip_damaged, error)
-                                continue
+                                record = DamagedChunk(error)
                         yield path, record
             except OSError as error:
                 raise RecordingError(f"{path} can't be read: {error.strerror}") from None
-            except (McapError, *DAMAGE) as error:
-                if isinstance(error, RecordingError):
-                    raise
+            except RecordingError:
+                raise
+            except (McapError, *DAMAGE):
                 complete = False
             if not complete:
                 self.torn.append(path)
@@ -204,7 +166,7 @@ class Recording:
         with open(path, "rb") as file:
             if start > 0:  # a look at one moment shouldn't wait for a thread
                 for place in places:
-                    yield path, self._chunk(path, file, place)
+                    yield path, self._chunk(file, place)
                 return
             # The next chunk is decompressed while this one is made use of.
             with ThreadPoolExecutor(1, "decompress") as ahead:
@@ -212,17 +174,17 @@ class Recording:
                 for next_place in chain(places, [None]):
                     chunk = coming.result() if coming is not None else None
                     if next_place is not None:
-                        coming = ahead.submit(self._chunk, path, file, next_place)
+                        coming = ahead.submit(self._chunk, file, next_place)
                     if chunk is not None:
                         yield path, chunk
 
-    def _chunk(self, path: Path, file: IO[bytes], place: IndexedChunk) -> Any:
+    def _chunk(self, file: IO[bytes], place: IndexedChunk) -> Any:
         from mcap.exceptions import McapError
 
         try:
             return decompressed(chunk_at(file, place))
         except (McapError, *DAMAGE) as error:
-            self._damaged(path, False, error)
+            return DamagedChunk(error)
 
     def load_index(self) -> None:
         """Reads the index of every finished file now rather than when it is first looked into."""
@@ -248,27 +210,69 @@ class Recording:
             )
         self.damaged_chunks += 1
 
-    def messages(self, topics: set[str] | None = None, start: int = 0) -> Iterator[LogMessage]:
-        """Every message in the order of the log; `topics` None: all; `start`: ns of log time."""
-        from mcap.exceptions import McapError
+    def _damaged_attachment(self, path: Path, skip: bool, name: str) -> None:
+        if not skip:
+            raise RecordingError(
+                f"the attachment {name or '(its name is lost, too)'} of {path} is damaged: its "
+                "checksum is wrong"
+            )
+        self.damaged_attachments.append(name)
+
+    def messages(
+        self, topics: set[str] | None = None, start: int = 0, skip_damaged: bool = False
+    ) -> Iterator[LogMessage]:
+        """Every message in the order of the log; `topics` None: all; `start`: ns of log time.
+
+        Raises RecordingError for a damaged chunk, or skips it; then `lost` tells between which of
+        the wanted messages something is missing.
+        """
+        lost = LostSpans()
+        self.lost = lost.found
+        for batch in self._batches(topics, start, skip_damaged, lost):
+            if not skip_damaged:
+                yield from batch
+                continue
+            for message in batch:
+                lost.message(message.step)
+                yield message
+        lost.end()
+
+    def _batches(
+        self, topics: set[str] | None, start: int, skip_damaged: bool, lost: LostSpans
+    ) -> Iterator[Iterable[LogMessage]]:
         from mcap.records import Chunk, Message
 
         current: Path | None = None
         known = _Channels(topics)
-        for path, record in self._whole_records(False, topics, start):
+        for path, record in self._whole_records(topics, start):
             if path != current:
+                if current in self.torn:
+                    lost.damage()
                 current, known = path, _Channels(topics)
             if isinstance(record, Chunk):
-                try:
-                    yield from messages_of_chunk(record.data, known.wanted, known.learn, start)
-                except (McapError, *DAMAGE) as error:
-                    self._damaged(path, False, error)
+                yield self._of_chunk(path, record.data, known, start, skip_damaged, lost)
             elif isinstance(record, Message):
                 name = known.wanted.get(record.channel_id)
                 if name is not None and record.log_time >= start:
-                    yield LogMessage(*name, record.log_time, record.sequence, record.data)
+                    yield [LogMessage(*name, record.log_time, record.sequence, record.data)]
+            elif isinstance(record, DamagedChunk):
+                self._damaged(path, skip_damaged, record.error)
+                lost.damage()
+            elif isinstance(record, DamagedAttachment):
+                self.damaged_attachments.append(record.name)
             else:
                 known.learn(record)
+
+    def _of_chunk(
+        self, path: Path, data: bytes, known: _Channels, start: int, skip: bool, lost: LostSpans
+    ) -> Iterator[LogMessage]:
+        from mcap.exceptions import McapError
+
+        try:
+            yield from messages_of_chunk(data, known.wanted, known.learn, start)
+        except (McapError, *DAMAGE) as error:
+            self._damaged(path, skip, error)
+            lost.damage()
 
     def latest(self, topics: set[str], before: int) -> list[LogMessage]:
         """The last message of each topic before a time (ns), in the order of the log."""
@@ -296,9 +300,11 @@ class Recording:
             if not here or chunk.first_time >= before:
                 continue
             with open(path, "rb") as file:
-                content = self._chunk(path, file, chunk).data
+                content = self._chunk(file, chunk)
+            if isinstance(content, DamagedChunk):
+                self._damaged(path, False, content.error)
             try:
-                for message in messages_of_chunk(content, known.wanted, known.learn):
+                for message in messages_of_chunk(content.data, known.wanted, known.learn):
                     if message.topic in here and message.log_time < before:
                         found[message.topic] = message
             except (McapError, *DAMAGE) as error:
@@ -306,28 +312,52 @@ class Recording:
         return found
 
     def attachments(self) -> dict[str, bytes]:
-        """Of the first file, up to its first message."""
-        from mcap.records import Attachment, Message
+        """Of the first file, before its messages; the damaged ones are in `damaged_attachments`."""
+        from mcap.records import Attachment
 
         found: dict[str, bytes] = {}
-        for _, record in self.records():
+        for _, record in self._start():
             if isinstance(record, Attachment):
                 found[record.name] = record.data
-            elif isinstance(record, Message):
-                break
+            elif isinstance(record, DamagedAttachment):
+                self.damaged_attachments.append(record.name)
         return found
+
+    def attachment(self, name: str, otherwise: str) -> bytes:
+        """One of them. Raises RecordingError when it is damaged, or missing: `otherwise` says why
+        that may be."""
+        found = self.attachments()
+        for damaged in self.damaged_attachments:
+            if name not in found and damaged in (name, ""):
+                self._damaged_attachment(self.files[0], False, damaged)
+        if name in found:
+            return found[name]
+        if self.torn:
+            raise RecordingError(f"{self.torn[0]} is empty or damaged at its start")
+        if name in self.custom_data.get("damaged_attachments", "").split(", "):
+            raise RecordingError(
+                f"{self.directory} holds no {name}: it was damaged when the recording was recovered"
+            )
+        raise RecordingError(f"{self.directory} {otherwise}")
 
     @property
     def custom_data(self) -> dict[str, str]:
         """What the recorder noted: scene, versions, node name, ..."""
-        from mcap.records import Message, Metadata
+        from mcap.records import Metadata
 
         noted = self.metadata.get("custom_data")
         if isinstance(noted, dict) and noted:
             return {str(k): str(v) for k, v in noted.items()}
-        for _, record in self.records():
+        for _, record in self._start():
             if isinstance(record, Metadata) and record.name == "rb_physics":
                 return dict(record.metadata)
-            if isinstance(record, Message):
-                break
         return {}
+
+    def _start(self) -> Iterator[tuple[Path, Any]]:
+        """What comes before the first chunk or message."""
+        from mcap.records import Chunk, Message
+
+        for path, record in self._whole_records():
+            if isinstance(record, (Chunk, DamagedChunk, Message)):
+                return
+            yield path, record

@@ -56,6 +56,18 @@ class IndexedChunk(NamedTuple):
         return set(np.frombuffer(self.table, _OFFSET)["channel"].tolist())
 
 
+class DamagedChunk(NamedTuple):
+    """Stands where a chunk can't be read."""
+
+    error: Exception
+
+
+class DamagedAttachment(NamedTuple):
+    """Stands where the checksum of an attachment is wrong."""
+
+    name: str
+
+
 class Summary(NamedTuple):
     """What the end of a finished file says about it."""
 
@@ -66,7 +78,7 @@ class Summary(NamedTuple):
 def top_level_records(file: IO[bytes]) -> Iterator[tuple[Any, int]]:
     """The records that matter here, each with the offset behind it; indexes are passed over.
 
-    Ends behind the footer. Raises ValueError, struct.error or McapError where the file is torn or
+    Damaged attachments come as `DamagedAttachment`. Ends behind the footer. Raises ValueError, struct.error or McapError where the file is torn or
     damaged; never asks for more memory than the file is long.
     """
     from mcap import records
@@ -101,13 +113,31 @@ def top_level_records(file: IO[bytes]) -> Iterator[tuple[Any, int]]:
         if position + length > len(block):
             file.seek(offset - length)
             block, start, position = file.read(max(length, _BLOCK)), offset - length, 0
-        stream = ReadDataStream(BytesIO(block[position : position + length]))
+        content = block[position : position + length]
+        stream = ReadDataStream(BytesIO(content))
         if opcode == Opcode.MESSAGE:
             yield records.Message.read(stream, length), offset
+        elif opcode == Opcode.ATTACHMENT:
+            yield _attachment(content), offset
         else:
             yield kinds[opcode].read(stream), offset
             if opcode == Opcode.FOOTER:
                 return
+
+
+def _attachment(content: bytes) -> Any:
+    """The attachment, or what stands for a damaged one."""
+    from mcap.data_stream import ReadDataStream
+    from mcap.exceptions import McapError
+    from mcap.records import Attachment
+
+    checksum = int.from_bytes(content[-4:], "little")
+    whole = checksum in (0, zlib.crc32(content[:-4]))
+    try:
+        attachment = Attachment.read(ReadDataStream(BytesIO(content)))
+    except (McapError, *DAMAGE):
+        return DamagedAttachment("")
+    return attachment if whole else DamagedAttachment(attachment.name)
 
 
 def read_summary(file: IO[bytes]) -> Summary | None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from .compare import distances
 from .mcap_log import RecordingError
+from .new_path import new_file, writing
 from .tables import Tables, read_tables
 
 _MOST = 12  # bodies drawn
@@ -17,9 +18,7 @@ _MOST = 12  # bodies drawn
 def plot(recording: str | Path, png: str | Path) -> Path:
     """Draws into a new PNG file. Needs matplotlib. Raises RecordingError."""
     pyplot = _pyplot()
-    png = Path(png)
-    if png.exists():
-        raise RecordingError(f"{png} exists already and is never overwritten")
+    png = new_file(png)
     tables = read_tables(recording)
     figure, axes = pyplot.subplots(3, 1, sharex=True, figsize=(9, 9), layout="constrained")
     totals = tables.totals
@@ -37,7 +36,8 @@ def plot(recording: str | Path, png: str | Path) -> Path:
             axis.legend(loc="upper right", fontsize="small", ncols=2)
     axes[2].set_xlabel("time [s]")
     axes[0].set_title(Path(recording).name)
-    figure.savefig(png, dpi=120)
+    with writing(png):
+        figure.savefig(png, dpi=120)
     pyplot.close(figure)
     return png
 
@@ -45,9 +45,7 @@ def plot(recording: str | Path, png: str | Path) -> Path:
 def plot_comparison(first: str | Path, second: str | Path, png: str | Path) -> Path:
     """Draws how far bodies of two recordings are apart, farthest first. Raises RecordingError."""
     pyplot = _pyplot()
-    png = Path(png)
-    if png.exists():
-        raise RecordingError(f"{png} exists already and is never overwritten")
+    png = new_file(png)
     apart = {name: of for name, of in distances(first, second).items() if of[1].any()}
     figure, axis = pyplot.subplots(figsize=(9, 5), layout="constrained")
     for name, (time, distance) in sorted(apart.items(), key=lambda e: -e[1][1].max())[:_MOST]:
@@ -61,7 +59,8 @@ def plot_comparison(first: str | Path, second: str | Path, png: str | Path) -> P
         axis.legend(loc="lower right", fontsize="small", ncols=2)
     else:
         axis.text(0.5, 0.5, "identical poses", transform=axis.transAxes, ha="center")
-    figure.savefig(png, dpi=120)
+    with writing(png):
+        figure.savefig(png, dpi=120)
     pyplot.close(figure)
     return png
 

@@ -9,6 +9,9 @@ from typing import Any, NamedTuple
 
 from .definitions import UnknownTypeError
 from .log_reader import Recording
+from .lost_spans import LostSpan, LostSpans
+from .lost_spans import from_json as lost_from_json
+from .lost_spans import to_json as lost_to_json
 from .mcap_log import Attachment, RecordingError
 from .mcap_reader import read_summary
 from .plain_yaml import load_plain
@@ -24,6 +27,7 @@ class Recovered(NamedTuple):
     until: float  # s of log time, of the last message
     torn_bytes: int  # behind the last whole record
     damaged_chunks: int  # left out
+    damaged_attachments: tuple[str, ...] = ()  # names; left out
 
 
 def _records(log: Recording) -> Iterator[tuple[Path, Any]]:
@@ -74,6 +78,9 @@ def _copy(log: Recording, source: Path, target: Path) -> Recovered:
     counts: dict[int, int] = {}
     types: dict[int, str] = {}
     custom: dict[str, str] = {}
+    closing: dict[str, str] = {}  # of all files
+    lost, lost_before = LostSpans(), list[LostSpan]()
+    seen = (0, 0)  # damaged chunks and torn files so far
     with open(target / info.path, "xb") as file:
         writer = Writer(file, compression=CompressionType.ZSTD)
         writer.start(profile="ros2", library="rb_physics recover")
@@ -86,6 +93,8 @@ def _copy(log: Recording, source: Path, target: Path) -> Recovered:
         for path, record in _records(log):
             if path != current:
                 current, schemas, channels = path, {}, {}
+            if seen != (seen := (log.damaged_chunks, len(log.torn))):
+                lost.damage()
             if isinstance(record, Schema):
                 key = (record.name, record.data)
                 if key not in known_schemas:
@@ -106,6 +115,7 @@ def _copy(log: Recording, source: Path, target: Path) -> Recovered:
                 channels[record.id] = known_channels[name]
             elif isinstance(record, Message) and record.channel_id in channels:
                 channel = channels[record.channel_id]
+                lost.message(record.sequence)
                 writer.add_message(
                     channel, record.log_time, record.data, record.publish_time, record.sequence
                 )
@@ -119,12 +129,29 @@ def _copy(log: Recording, source: Path, target: Path) -> Recovered:
                     record.create_time, record.log_time,
                     *Attachment(record.name, record.media_type, record.data),
                 )  # fmt: skip
+            elif isinstance(record, Metadata) and record.name == "rb_physics_closing":
+                closing |= record.metadata
+            elif isinstance(record, Metadata) and record.name == "rb_physics_recovered":
+                lost_before += lost_from_json(record.metadata.get("lost_steps", "[]"))
             elif isinstance(record, Metadata) and record.name not in attached:
                 attached.add(record.name)
                 writer.add_metadata(record.name, record.metadata)
                 if record.name == "rb_physics":
                     custom = dict(record.metadata)
-        custom |= {"recovered_from": source.name, "torn_bytes": str(log.torn_bytes)}
+        if seen != (log.damaged_chunks, len(log.torn)):
+            lost.damage()
+        lost.end()
+        missing = tuple(n for n in dict.fromkeys(log.damaged_attachments) if n not in attached)
+        if closing:
+            writer.add_metadata("rb_physics_closing", closing)
+        custom |= closing
+        custom |= {
+            "recovered_from": source.name,
+            "torn_bytes": str(log.torn_bytes),
+            "damaged_chunks": str(log.damaged_chunks),
+            "damaged_attachments": ", ".join(missing),
+            "lost_steps": lost_to_json([*lost_before, *lost.found]),
+        }
         writer.add_metadata("rb_physics_recovered", custom)
         writer.finish()
     if info.message_count == 0:
@@ -141,7 +168,7 @@ def _copy(log: Recording, source: Path, target: Path) -> Recovered:
         raise RecordingError(f"{target} holds all messages but no metadata.yaml: {error}") from None
     write_atomically(target / "metadata.yaml", text)
     return Recovered(
-        target, info.message_count, info.end * 1e-9, log.torn_bytes, log.damaged_chunks
+        target, info.message_count, info.end * 1e-9, log.torn_bytes, log.damaged_chunks, missing
     )
 
 

@@ -18,6 +18,7 @@ from .decoders import decode_string
 from .geometry import from_json
 from .log_reader import Recording, damage_told
 from .mcap_log import RecordingError
+from .new_path import new_file
 from .rerun_log import RerunLog, contents_of, require, wrenches_shown
 
 _LOADING = 60.0  # s a viewer gets to start and load
@@ -31,12 +32,10 @@ def write_rrd(recording: str | Path, path: str | Path, layout: str = "overview")
     """
     log = Recording(recording)
     notes = log.custom_data
-    attachments = log.attachments()
-    if "topics.json" not in attachments:
-        raise RecordingError(f"{recording} was not made by rb_physics: it has no topics.json")
+    topics = log.attachment("topics.json", "was not made by rb_physics: it has no topics.json")
     with damage_told(log):
         namespace = "/" + notes["node_name"].strip("/") + "/"
-        contents = contents_of(attachments["topics.json"], namespace)
+        contents = contents_of(topics, namespace)
         view = RerunLog(Path(path), json.loads(notes["settings"]), layout=layout, afterwards=True)
         try:
             for message in log.messages(_shown(log, contents, namespace)):
@@ -128,11 +127,7 @@ def render_png(
     """
     require()
     _check_time(time)
-    png = Path(png)
-    if png.exists():
-        raise RecordingError(f"{png} exists already and is never overwritten")
-    if not png.parent.is_dir():
-        raise RecordingError(f"{png.parent} is not a folder")
+    png = new_file(png)
     with tempfile.TemporaryDirectory() as folder:
         return _render(rrd_of(recording, Path(folder), layout), png, time, timeout)
 

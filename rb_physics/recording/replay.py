@@ -4,31 +4,22 @@ again before the same step, and the state hash of each step is compared.
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Callable
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import DivergedError
-from . import decoders
 from .environment import environment
-from .log_reader import Recording, damage_told
+from .lost_spans import LostSpan
 from .mcap_log import RecordingError
-from .operations import CHANGE_BODIES, Operation, Operations
-from .operations import from_json as operation_from_json
-from .recorder import FORMAT_VERSION
-
-if TYPE_CHECKING:
-    from ..scene import Scene
+from .recorded_run import Run
+from .repetition import Repetition
 
 _QUANTITIES = ("position", "orientation", "linear_velocity", "angular_velocity")
-_REPEATABLE = 2  # the oldest format version with today's state hash
 _AT_ONCE = 256  # steps between two looks at the hashes
+_BRIDGE = 100_000  # steps without a hash that are simulated to compare what follows them
 
 
 class Difference(NamedTuple):
@@ -72,169 +63,103 @@ class Verification(NamedTuple):
         return "\n".join(lines)
 
 
-class Run:
-    """What is needed to repeat a recorded run. Raises RecordingError when something is missing."""
+class _Comparison:
+    """A repetition under way, with what it has found to be as recorded.
 
-    def __init__(self, recording: str | Path) -> None:
-        self.log = log = Recording(recording)
-        self.notes = notes = log.custom_data
-        _require_repeatable(log, notes)
-        attachments = log.attachments()
-        if "scene.yaml" not in attachments:
+    Where something is lost the repetition goes on with what there is. If the next hash is another
+    then, inputs are lost, too, and it begins anew at the next snapshot behind.
+    """
+
+    def __init__(self, run: Run, settings: dict[str, Any], start: float | None) -> None:
+        self.run, self._settings = run, settings
+        self.repetition = Repetition(run, **settings)
+        self.origin = 0  # where it began last
+        if start is not None:
+            self.origin = _snapshot_before(run, start)
+            if self.origin > 0:
+                self.repetition.skip_to(self.origin)
+        self.first = self._equal = self.origin  # _equal: up to here it is as recorded
+        self.steps = 0  # compared and equal
+        self.lost: list[tuple[int, int, bool]] = []  # spans, and whether inputs are lost with them
+
+    def advance(self) -> Difference | None:
+        """Some steps; what differs from the recording for no loss."""
+        run, before = self.run, self.repetition.step
+        try:
+            self._bridge(before)
+            hashes = self.repetition.advance(min(before + _AT_ONCE, run.last_step))
+        except RecordingError:
+            if not self._anew(before + 1):
+                raise
+            return None
+        reached = before + len(hashes)
+        wrong = run.first_difference(before, hashes)
+        good = run.compared(before, reached if wrong is None else wrong - 1)
+        if good.stop > good.start:
+            self.steps += good.stop - good.start
+            self._equal = int(run.steps[good.stop - 1])
+        if wrong is None and self.repetition.diverged is None:
+            return None
+        step = wrong if wrong is not None else reached + 1
+        if self._anew(step):
+            return None
+        if wrong is None:
+            return _divergence(self.repetition, step)
+        return _locate(run, step, self.origin, self._settings)
+
+    def _bridge(self, step: int) -> None:
+        """Raises RecordingError where the next hash is too far to get there."""
+        ahead = self.run.compared(step, self.run.last_step).start
+        if ahead < len(self.run.steps) and self.run.steps[ahead] - step > _BRIDGE:
             raise RecordingError(
-                f"{log.directory} holds no scene: it was recorded from a world built by a program, "
-                "and only that program can repeat it"
+                f"{self.run.log.directory}: the state hashes of {self.run.steps[ahead] - step} steps "
+                f"behind step {step} are missing"
             )
-        self.scene_text = attachments["scene.yaml"].decode("utf-8", "replace")
-        self.operations: list[Operation] = []
-        self.snapshots: dict[int, bytes] = {}
-        with damage_told(log):
-            self.settings: dict[str, Any] = dict(json.loads(notes["settings"]))
-            self.dt = float(notes["dt"])  # s
-            if not 0.0 < self.dt < math.inf:
-                raise ValueError(f"dt is {self.dt}")
-            self.first_step = int(notes["first_step"])  # steps of log time before the start
-            self._namespace = "/" + notes["node_name"].strip("/") + "/"
-            self.steps, self.hashes = self._read()
-        if len(self.steps) == 0 and self.recorded_steps != 0:
-            raise RecordingError(
-                f"{log.directory} holds no state hashes: there is nothing to compare a repetition with"
-            )
-        if not np.array_equal(self.steps, np.arange(1, len(self.steps) + 1)):
-            raise RecordingError(f"{log.directory}: the state hashes of some steps are missing")
-        self.initial = attachments.get("initial.snapshot", self.snapshots.get(0, b""))
-        if 0 not in self.snapshots:
-            raise RecordingError(f"{log.directory}: the snapshot of the start is missing")
 
-    @property
-    def recorded_steps(self) -> int | None:
-        """Steps that were made, as noted at the end; None where the end is missing."""
-        noted = self.notes.get("steps", "")
-        return int(noted) if noted.isdecimal() else None
+    def _anew(self, step: int) -> bool:
+        """Goes on at a snapshot if a loss may be why `step` is not as recorded."""
+        spans = [
+            span
+            for span in self.run.lost
+            if span.after < step and self._end(span) >= max(self._equal, self.origin)
+            and not span.after < self._end(span) <= self.origin
+        ]  # fmt: skip
+        if not spans:
+            return False
+        behind = max(step, *(self._end(span) for span in spans))
+        for snapshot in sorted(s for s in self.run.snapshots if s >= behind):
+            try:
+                self.repetition.skip_to(snapshot)
+            except RecordingError:  # bodies came or went in what is lost
+                continue
+            self.lost.append((self._equal, snapshot, True))
+            self.origin = self._equal = snapshot
+            return True
+        self.lost.append((self._equal, self.run.last_step, True))
+        self.repetition.step = self._equal = self.run.last_step  # the end
+        return True
 
-    def _read(self) -> tuple[NDArray, NDArray]:
-        """Operations and snapshots into place; the steps with a hash, and the hashes."""
-        rows = [np.empty((0, 2), np.uint64)]
-        names = {self._namespace + n: n for n in ("state_hash", "operations", "snapshots")}
-        for message in self.log.messages(set(names)):
-            kind = names[message.topic]
-            if kind == "state_hash":
-                rows.append(decoders.decode_multi_array(message.data, "u8")[1].reshape(-1, 2))
-            elif kind == "operations":
-                self.operations.append(operation_from_json(decoders.decode_string(message.data)))
+    @staticmethod
+    def _end(span: LostSpan) -> int:
+        return span.after if span.before is None else span.before
+
+    def remarks(self) -> list[str]:
+        """What is lost, for people."""
+        run, told = self.run, []
+        spans = [(s.after, self._end(s), False) for s in run.lost if self._end(s) > self.first]
+        inside = [s for s in spans if not any(a <= s[0] and s[1] <= b for a, b, _ in self.lost)]
+        for after, before, inputs in sorted(inside + self.lost):
+            if after >= max(self._equal, self.repetition.step) and not inputs:
+                continue  # not reached
+            times = " to ".join(f"{(run.first_step + step) * run.dt:g}" for step in (after, before))
+            if not inputs:
+                what = "the state behind it is the recorded one"
+            elif before == run.last_step and before not in run.snapshots:
+                what = "inputs are missing, too, and no snapshot is left to begin anew at"
             else:
-                (label,), data = decoders.decode_multi_array(message.data, "u1")
-                self.snapshots[int(label.removeprefix("step "))] = data.tobytes()
-        table = np.concatenate(rows)
-        return table[:, 0].astype(np.int64), table[:, 1]
-
-    @cached_property
-    def poses(self) -> dict[int, NDArray]:
-        """Logged poses (N, 7) by step; read when first asked for, they are most of a log."""
-        with damage_told(self.log):
-            return {
-                message.step: decoders.decode_pose_array(message.data)[2]
-                for message in self.log.messages({self._namespace + "poses"})
-            }
-
-    def scene(self) -> Scene:
-        """The recorded scene."""
-        from ..scene import Scene
-
-        source = f"{self.log.directory}/scene.yaml"
-        return Scene.from_yaml(self.scene_text, name=self.notes.get("scene", ""), source=source)
-
-    def build(self, **settings: Any) -> Any:
-        """A new world at the start of the run; `settings` replace recorded ones (threads, ...)."""
-        world = self.scene().build(**(self.settings | settings))
-        _restore(world, self, 0)
-        return world
-
-
-def _require_repeatable(log: Recording, notes: dict[str, str]) -> None:
-    version = notes.get("format_version")
-    if version is None:
-        what = "is empty or damaged at its start" if log.torn else "was not made by rb_physics"
-        raise RecordingError(f"{log.directory} {what}")
-    if not version.isdecimal() or int(version) > FORMAT_VERSION:
-        raise RecordingError(
-            f"{log.directory} has format version {version}; this rb_physics reads up to "
-            f"{FORMAT_VERSION}: install a newer one"
-        )
-    if int(version) < _REPEATABLE:
-        raise RecordingError(
-            f"{log.directory} has format version {version}, whose state hashes this rb_physics no "
-            "longer computes: it can be viewed, exported and compared, but repeated only by the "
-            "version that made it"
-        )
-
-
-def _restore(world: Any, run: Run, step: int) -> None:
-    try:
-        world.restore(run.snapshots[step])
-    except ValueError as error:
-        raise RecordingError(
-            f"{run.log.directory}: the snapshot of step {step} doesn't fit: {error}"
-        ) from None
-
-
-class Repetition:
-    """Repeats a run step by step. `step` counts as in the recording."""
-
-    def __init__(self, run: Run, **settings: Any) -> None:
-        self._run = run
-        self.world = run.build(**settings)
-        self._operations = Operations(self.world, run.initial)
-        self._pending = list(reversed(run.operations))
-        self.diverged: DivergedError | None = None  # why it can't go on
-        self.step = 0
-
-    def skip_to(self, step: int) -> None:
-        """Jumps to a snapshot; bodies come and go as they did before it."""
-        while self._pending and self._pending[-1].step < step:
-            operation = self._pending.pop()
-            if operation.name in (*CHANGE_BODIES, "change_body"):  # surfaces aren't in snapshots
-                self._perform(operation)
-        _restore(self.world, self._run, step)
-        self.step = step
-
-    def pending(self) -> list[Operation]:
-        """The logged changes that are still to come, the next one last."""
-        return list(self._pending)
-
-    @property
-    def added(self) -> dict[str, dict[str, Any]]:
-        """Descriptions of the bodies added since the start, by name in their order."""
-        return self._operations.descriptions
-
-    def _perform(self, operation: Operation) -> None:
-        try:
-            self._operations.perform(operation.name, operation.arguments)
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise RecordingError(
-                f"{self._run.log.directory}: {operation.name} at step {operation.step} can't be "
-                f"done again: {error}"
-            ) from None
-
-    def advance(self, until: int) -> NDArray:
-        """Steps to `until`, at most to the next logged change after the present one; the hashes."""
-        while self._pending and self._pending[-1].step <= self.step:
-            self._perform(self._pending.pop())
-        if self._pending:
-            until = min(until, self._pending[-1].step)
-        self.world.keep_hashes = True
-        self.world.drain_hashes()
-        try:
-            self.world.step(until - self.step)
-        except DivergedError as error:
-            self.diverged = error
-        except ValueError as error:
-            raise RecordingError(
-                f"{self._run.log.directory}: what is recorded up to step {self.step} can't go on: {error}"
-            ) from None
-        hashes = np.asarray(self.world.drain_hashes(), np.uint64)
-        self.step = until if self.diverged is None else self.step + len(hashes)
-        return hashes
+                what = f"inputs are missing, too: compared again from the snapshot at {times.split()[-1]} s on"
+            told.append(f"lost from {times} s: {what}")
+        return told
 
 
 def verify(
@@ -244,7 +169,7 @@ def verify(
     progress: Callable[[int, int, float], None] | None = None,
     **settings: Any,
 ) -> Verification:
-    """Repeats a recording and compares the state hash of every step.
+    """Repeats a recording and compares the state hash of every step that has one.
 
     Args:
         start: s of log time; begins at the last snapshot not after it instead of the start.
@@ -254,39 +179,32 @@ def verify(
     Raises RecordingError.
     """
     run = Run(recording)
-    dt = run.dt
-    repetition = Repetition(run, **settings)
-    if start is not None:
-        begin, end = run.first_step * dt, (run.first_step + len(run.hashes)) * dt
-        if not begin - dt / 2 <= start <= end + dt / 2:
-            raise RecordingError(
-                f"start is {start:g} s; {run.log.directory} goes from {begin:g} to {end:g} s"
-            )
-        repetition.skip_to(
-            max(s for s in run.snapshots if s == 0 or (s + run.first_step) * dt <= start + dt / 2)
+    comparison = _Comparison(run, settings, start)
+    first, last = comparison.first, run.last_step
+    difference = None
+    while difference is None and comparison.repetition.step < last:
+        difference = comparison.advance()
+        if progress is not None and difference is None:
+            progress(comparison.repetition.step - first, last - first, run.dt)
+    if comparison.steps == 0 and difference is None and last > first:
+        raise RecordingError(
+            f"{run.log.directory}: too much is lost, nothing can be compared with a repetition"
         )
-    first = repetition.step
-    last = len(run.hashes)
-    while repetition.step < last:
-        before = repetition.step
-        hashes = repetition.advance(min(before + _AT_ONCE, last))
-        wrong = np.nonzero(hashes != run.hashes[before : before + len(hashes)])[0]
-        if len(wrong):
-            step = before + int(wrong[0]) + 1
-            difference = _locate(run, step, first, settings)._replace(done=_done(run, step))
-            return Verification(
-                step - 1 - first, (step - 1 - first) * dt, difference, _remarks(run)
-            )
-        if repetition.diverged is not None:
-            step = repetition.step + 1
-            difference = _divergence(repetition, step)._replace(done=_done(run, step))
-            return Verification(
-                step - 1 - first, (step - 1 - first) * dt, difference, _remarks(run)
-            )
-        if progress is not None:
-            progress(repetition.step - first, last - first, dt)
-    steps = repetition.step - first
-    return Verification(steps, steps * dt, None, _remarks(run))
+    if difference is not None:
+        difference = difference._replace(done=_done(run, difference.step))
+    remarks = (*comparison.remarks(), *_remarks(run))
+    return Verification(comparison.steps, comparison.steps * run.dt, difference, remarks)
+
+
+def _snapshot_before(run: Run, start: float) -> int:
+    """The step of the last snapshot not after `start`, s of log time. Raises RecordingError."""
+    dt = run.dt
+    begin, end = run.first_step * dt, (run.first_step + run.last_step) * dt
+    if not begin - dt / 2 <= start <= end + dt / 2:
+        raise RecordingError(
+            f"start is {start:g} s; {run.log.directory} goes from {begin:g} to {end:g} s"
+        )
+    return max([0, *(s for s in run.snapshots if (s + run.first_step) * dt <= start + dt / 2)])
 
 
 def _locate(run: Run, step: int, first: int, settings: dict[str, Any]) -> Difference:
@@ -297,13 +215,17 @@ def _locate(run: Run, step: int, first: int, settings: dict[str, Any]) -> Differ
         repetition.skip_to(first)
     other = Repetition(run, **settings)
     for seen in logged:
-        while repetition.step < seen:
-            repetition.advance(seen)
-            if repetition.diverged is not None:
-                return _divergence(repetition, step)
+        try:
+            while repetition.step < seen:
+                repetition.advance(seen)
+                if repetition.diverged is not None:
+                    return _divergence(repetition, step)
+            if seen in run.snapshots:
+                other.skip_to(seen)
+        except RecordingError:  # by what is lost
+            break
         names = [body.name for body in repetition.world.bodies]
         if seen in run.snapshots:
-            other.skip_to(seen)
             for quantity in _QUANTITIES:
                 rows = getattr(other.world, _plural(quantity))
                 found = _widest(rows, getattr(repetition.world, _plural(quantity)))
@@ -357,7 +279,7 @@ def _remarks(run: Run) -> tuple[str, ...]:
     lost = []
     if run.recorded_steps not in (None, held):
         lost = [f"{run.recorded_steps} steps were made, the recording holds {held} of them"]
-    elif run.log.torn:
+    elif run.log.torn or (run.recorded_steps is None and "recovered_from" in run.notes):
         lost = [f"torn off: the recording holds {held} steps"]
     return (
         *lost,

@@ -10,6 +10,8 @@ import numpy as np
 
 from . import decoders
 from .log_reader import Recording, damage_told
+from .lost_spans import from_json as lost_from_json
+from .lost_spans import merged
 from .mcap_log import RecordingError
 from .outputs import TOTALS
 from .topics import CONTENT
@@ -51,6 +53,7 @@ def _summary(log: Recording) -> str:
     if not counts:
         raise RecordingError(f"{log.directory} holds no messages: it is empty or damaged")
     lines = [f"recording   {log.directory}"]
+    lines.extend(f"damaged     {text}" for text in _damage(log, notes))
     state = "finished" if not log.torn else "torn off: `rb_physics recover` makes a whole copy"
     stopped = notes.get("stopped")
     lines.append(f"state       {state}" + (f", stopped early: {stopped}" if stopped else ""))
@@ -87,6 +90,19 @@ def _summary(log: Recording) -> str:
         lines.append("events")
         lines.extend(f"  {time * 1e-9:9.3f} s  {text}" for time, text in events)
     return "\n".join(lines)
+
+
+def _damage(log: Recording, notes: dict[str, str]) -> list[str]:
+    """What is damaged here, or was when the recording was recovered."""
+    told = [
+        f"attachment {name}: its checksum is wrong"
+        for name in dict.fromkeys(log.damaged_attachments)
+    ]
+    if notes.get("damaged_attachments"):
+        told.append(f"lost when recovered: {notes['damaged_attachments']}")
+    for span in merged(lost_from_json(notes.get("lost_steps", "[]"))):
+        told.append(f"messages between steps {span.after} and {span.before} are lost")
+    return told
 
 
 def _worst_steps(notes: dict[str, str]) -> list[float] | None:

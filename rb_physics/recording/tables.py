@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from . import decoders
 from .log_reader import Recording, damage_told
-from .mcap_log import RecordingError
 from .outputs import CONTACT_POINT, TOTALS
 from .topics import SENSORS
 
@@ -38,13 +37,9 @@ class Tables(NamedTuple):
 def read_tables(recording: str | Path) -> Tables:
     """Reads all of a recording made by rb_physics. Raises RecordingError."""
     log = Recording(recording)
-    attachments = log.attachments()
-    if "topics.json" not in attachments:
-        raise RecordingError(f"{recording} was not made by rb_physics: it has no topics.json")
+    topics = log.attachment("topics.json", "was not made by rb_physics: it has no topics.json")
     with damage_told(log):
-        contents = {
-            t["name"]: (t["content"], t["body"]) for t in json.loads(attachments["topics.json"])
-        }
+        contents = {t["name"]: (t["content"], t["body"]) for t in json.loads(topics)}
         return _read(log, contents)
 
 

@@ -369,3 +369,45 @@ def test_truncated_at_every_byte(tmp_path):
     path = tmp_path / "small" / "run" / "run_0.mcap"
     (tmp_path / "copies").mkdir()
     truncated(tmp_path / "small" / "run", tmp_path / "copies", range(path.stat().st_size))
+
+
+def said(*arguments: object) -> str:
+    """The one sentence a command fails with."""
+    result = CliRunner().invoke(main, [str(a) for a in arguments])
+    assert result.exit_code == 1, result.output
+    return result.output.splitlines()[-1]
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n"], ids=["no bytes", "magic only"])
+@pytest.mark.parametrize("with_metadata", [True, False])
+def test_an_empty_file_is_called_empty(good, tmp_path, content, with_metadata):
+    run = Path(shutil.copytree(good, tmp_path / "run"))
+    (run / "run_0.mcap").write_bytes(content)
+    if not with_metadata:
+        (run / "metadata.yaml").unlink()
+    for command in ("info", "verify"):
+        assert "empty or damaged" in said(command, run)
+    assert "empty or damaged" in said("plot", run, tmp_path / "a.png")
+    assert "empty or damaged" in said("export", run, tmp_path / "tables")
+
+
+def test_a_folder_in_the_place_of_a_file_is_called_one(good, tmp_path):
+    run = Path(shutil.copytree(good, tmp_path / "run"))
+    (run / "run_0.mcap").unlink()
+    (run / "run_0.mcap").mkdir()
+    for command in ("info", "verify", "recover"):
+        assert "run_0.mcap is a folder; it should be an MCAP file" in said(command, run)
+
+
+def test_results_that_cannot_be_written_say_where(good, tmp_path):
+    (tmp_path / "file").write_text("")
+    for command in (
+        lambda png: said("plot", good, png),
+        lambda png: said("view", good, "--png", png),
+        lambda png: said("compare", good, good, "--plot", png),
+    ):
+        assert "nowhere does not exist: make it first" in command(tmp_path / "nowhere" / "a.png")
+        assert "file is a file, not a folder" in command(tmp_path / "file" / "a.png")
+    assert "can't be written (Not a directory)" in said(
+        "export", good, tmp_path / "file" / "tables"
+    )

@@ -223,3 +223,27 @@ def test_damaged_bytes_never_break_a_reader(tmp_path):
 @pytest.mark.soak
 def test_damaged_bytes_never_break_a_reader_at_length(tmp_path):
     survive(tmp_path, range(20, 1000))
+
+
+def test_a_flipped_bit_of_an_attachment_is_found_and_named(tmp_path):
+    record(tmp_path / "run")
+    whole = (tmp_path / "run" / "run_0.mcap").read_bytes()
+    for name, word in (("scene.yaml", b"restitution"), ("topics.json", b"direction")):
+        data = bytearray(whole)
+        data[data.index(word)] ^= 1
+        (tmp_path / "run" / "run_0.mcap").write_bytes(data)
+        log = Recording(tmp_path / "run")
+        with pytest.raises(RecordingError, match=f"attachment {name} of .*run_0.mcap is damaged"):
+            log.attachment(name, "")
+        assert f"attachment {name}: its checksum is wrong" in summary(tmp_path / "run")
+        saved = recover(tmp_path / "run")
+        assert saved.damaged_attachments == (name,)
+        with pytest.raises(RecordingError, match=f"no {name}: it was damaged when the recording"):
+            Recording(saved.directory).attachment(name, "")
+        assert f"lost when recovered: {name}" in summary(saved.directory)
+        if name == "scene.yaml":
+            with pytest.raises(RecordingError, match="attachment scene.yaml of"):
+                verify(tmp_path / "run")
+            with pytest.raises(RecordingError, match="holds no scene.yaml: it was damaged"):
+                verify(saved.directory)
+        shutil.rmtree(saved.directory)

@@ -189,7 +189,7 @@ def test_existing_files_and_foreign_bags_are_refused(run, tmp_path):
     for moment in (float("nan"), -1.0):
         with pytest.raises(RecordingError, match="the time to show is"):
             render_png(run, tmp_path / "x.png", time=moment)
-    with pytest.raises(RecordingError, match="is not a folder"):
+    with pytest.raises(RecordingError, match="none does not exist: make it first"):
         render_png(run, tmp_path / "none" / "a.png")
     McapLog(tmp_path / "foreign").close()
     with pytest.raises(RecordingError, match="not made by rb_physics"):
