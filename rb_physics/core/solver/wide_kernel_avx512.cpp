@@ -6,9 +6,7 @@
 namespace rb::wide {
 
 const Kernel& kernel_avx512() {
-  static constexpr Kernel kernel{"avx512",           prepare,      apply,   sweep,
-                                 sweep_frictionless, measure_free, measure, difference_sq,
-                                 extrapolate};
+  static constexpr Kernel kernel = make_kernel("avx512");
   return kernel;
 }
 

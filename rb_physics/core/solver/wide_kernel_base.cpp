@@ -5,9 +5,7 @@
 namespace rb::wide {
 
 const Kernel& kernel_base() {
-  static constexpr Kernel kernel{
-      "base",       prepare, apply,         sweep,      sweep_frictionless,
-      measure_free, measure, difference_sq, extrapolate};
+  static constexpr Kernel kernel = make_kernel("base");
   return kernel;
 }
 

@@ -1,76 +1,11 @@
-// The kernel of wide_kernel.hpp, for the instruction set the including file has chosen. No include
-// guard is needed: one file per level includes it, once, inside a namespace of its own.
+// The kernel of wide_kernel.hpp, for the instruction set the including file has chosen: one file
+// per level includes it, once.
 #pragma once
 
-#if defined(__AVX2__) || defined(__SSE2__)
-#include <immintrin.h>
-#endif
-
-#include "solver/wide_kernel.hpp"
-
-#pragma GCC diagnostic ignored "-Wpsabi"
+#include "solver/wide_lanes.hpp"
 
 namespace rb::wide {
 namespace {
-
-typedef double Wide __attribute__((vector_size(64)));
-typedef long long Mask __attribute__((vector_size(64)));
-#define RB_INLINE inline __attribute__((always_inline))
-
-RB_INLINE Wide load(const double* p) { return *reinterpret_cast<const Wide*>(p); }
-RB_INLINE void store(double* p, Wide x) { *reinterpret_cast<Wide*>(p) = x; }
-RB_INLINE Wide all(double x) { return Wide{x, x, x, x, x, x, x, x}; }
-RB_INLINE Wide greater(Wide x, Wide y) { return x > y ? x : y; }  // y where x is NaN
-
-RB_INLINE bool none(Mask m) {
-  m |= __builtin_shufflevector(m, m, 4, 5, 6, 7, 0, 1, 2, 3);
-  m |= __builtin_shufflevector(m, m, 2, 3, 0, 1, 6, 7, 4, 5);
-  return (m[0] | m[1]) == 0;
-}
-
-RB_INLINE Wide square_root(Wide x) {
-#if defined(__AVX512F__)
-  return reinterpret_cast<Wide>(_mm512_sqrt_pd(reinterpret_cast<__m512d>(x)));
-#elif defined(__AVX2__)
-  union {
-    Wide w;
-    __m256d p[2];
-  } u{x};
-  for (__m256d& p : u.p) p = _mm256_sqrt_pd(p);
-  return u.w;
-#elif defined(__SSE2__)
-  union {
-    Wide w;
-    __m128d p[4];
-  } u{x};
-  for (__m128d& p : u.p) p = _mm_sqrt_pd(p);
-  return u.w;
-#else
-  for (int l = 0; l < kLanes; ++l) x[l] = __builtin_sqrt(x[l]);
-  return x;
-#endif
-}
-
-struct Vector {
-  Wide x, y, z;
-};
-RB_INLINE Vector load_vector(const double* p) { return {load(p), load(p + 8), load(p + 16)}; }
-RB_INLINE Vector operator+(Vector a, Vector b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-RB_INLINE Vector operator-(Vector a, Vector b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-RB_INLINE Vector operator*(Wide s, Vector a) { return {s * a.x, s * a.y, s * a.z}; }
-RB_INLINE Wide dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-RB_INLINE Vector cross(Vector a, Vector b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-RB_INLINE Wide norm(Vector a) { return square_root(dot(a, a)); }
-
-// Symmetric: rows xx xy xz yy yz zz.
-RB_INLINE Vector times(const double* s, Vector a) {
-  const Wide xx = load(s), xy = load(s + 8), xz = load(s + 16);
-  const Wide yy = load(s + 24), yz = load(s + 32), zz = load(s + 40);
-  return {xx * a.x + xy * a.y + xz * a.z, xy * a.x + yy * a.y + yz * a.z,
-          xz * a.x + yz * a.y + zz * a.z};
-}
 
 struct Frame {
   Vector n, t1, t2;
@@ -83,26 +18,6 @@ RB_INLINE Vector into(const Frame& f, Vector a) {
   return {dot(f.n, a), dot(f.t1, a), dot(f.t2, a)};
 }
 RB_INLINE Vector out_of(const Frame& f, Vector a) { return a.x * f.n + a.y * f.t1 + a.z * f.t2; }
-
-// 8 x 8, in place.
-RB_INLINE void transpose(Wide (&r)[8]) {
-  Wide s[8];
-  for (int k = 0; k < 8; k += 2) {
-    s[k] = __builtin_shufflevector(r[k], r[k + 1], 0, 8, 2, 10, 4, 12, 6, 14);
-    s[k + 1] = __builtin_shufflevector(r[k], r[k + 1], 1, 9, 3, 11, 5, 13, 7, 15);
-  }
-  for (int k = 0; k < 8; k += 4) {
-    for (int i = 0; i < 2; ++i) {
-      r[k + i] = __builtin_shufflevector(s[k + i], s[k + i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
-      r[k + i + 2] = __builtin_shufflevector(s[k + i], s[k + i + 2], 2, 3, 10, 11, 6, 7, 14, 15);
-    }
-  }
-  for (int i = 0; i < 4; ++i) {
-    s[i] = __builtin_shufflevector(r[i], r[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
-    s[i + 4] = __builtin_shufflevector(r[i], r[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
-  }
-  for (int i = 0; i < 8; ++i) r[i] = s[i];
-}
 
 struct Motion {
   Vector v, w;
@@ -178,24 +93,6 @@ void prepare(const View& s, std::int32_t begin, std::int32_t end) {
   }
 }
 
-void apply(const View& s, std::int32_t begin, std::int32_t end) {
-  for (std::int32_t g = begin; g < end; ++g) {
-    const Group& group = s.groups[g];
-    const double* m = s.manifolds + 8 * static_cast<std::int64_t>(group.manifold);
-    const Frame f = load_frame(m);
-    Motion a = gather(s.velocity, group.a);
-    Motion b = gather(s.velocity, group.b);
-    for (std::int32_t k = 0; k < group.slots; ++k) {
-      const std::int64_t slot = group.slot + k;
-      const double* p = s.points + 8 * kSlotRows * slot;
-      push(a, b, m, load_vector(p + 8 * kArmA), load_vector(p + 8 * kArmB),
-           out_of(f, load_vector(s.impulse + 24 * slot)));
-    }
-    scatter(a, s.velocity, group.a, s.nobody);
-    scatter(b, s.velocity, group.b, s.nobody);
-  }
-}
-
 // One contact while all others hold (local_solver.hpp). The slip ratio beta of a sliding contact is
 // found by a fixed-point iteration that goes on from sweep to sweep: a direction for the ratio, the
 // impulse at the bound that stops the normal speed, the ratio it leaves.
@@ -257,61 +154,55 @@ RB_INLINE Vector solve_slot(double* p, Vector u, Vector l) {
   return next;
 }
 
-void sweep(const View& s, std::int32_t begin, std::int32_t end) {
+// Group after group: the bodies of eight manifolds are read, change by the impulses (world axes)
+// that solve(frame, slot's rows, its impulse, slip) gives point by point, and are written.
+template <class Base, class Solve>
+RB_INLINE void for_points(const View& s, std::int32_t begin, std::int32_t end, const Base& base,
+                          const Solve& solve) {
   for (std::int32_t i = begin; i < end; ++i) {
     const Group& group = s.groups[i];
     const double* m = s.manifolds + 8 * static_cast<std::int64_t>(group.manifold);
-    const Frame f = load_frame(m);
+    const auto frame = base(m);
     Motion a = gather(s.velocity, group.a);
     Motion b = gather(s.velocity, group.b);
     for (std::int32_t j = 0; j < group.slots; ++j) {
       const std::int64_t slot = group.slot + j;
       double* p = s.points + 8 * kSlotRows * slot;
-      double* lambda = s.impulse + 24 * slot;
       const Vector arm_a = load_vector(p + 8 * kArmA);
       const Vector arm_b = load_vector(p + 8 * kArmB);
-      const Vector u = into(f, slip(a, b, arm_a, arm_b)) + load_vector(p + 8 * kBias);
-      const Vector l = load_vector(lambda);
-      const Vector next = solve_slot(p, u, l);
-      push(a, b, m, arm_a, arm_b, out_of(f, next - l));
-      store(lambda, next.x);
-      store(lambda + 8, next.y);
-      store(lambda + 16, next.z);
+      push(a, b, m, arm_a, arm_b, solve(frame, p, s.impulse + 24 * slot, slip(a, b, arm_a, arm_b)));
     }
     scatter(a, s.velocity, group.a, s.nobody);
     scatter(b, s.velocity, group.b, s.nobody);
   }
+}
+
+void apply(const View& s, std::int32_t begin, std::int32_t end) {
+  for_points(s, begin, end, load_frame, [](const Frame& f, double*, double* lambda, Vector) {
+    return out_of(f, load_vector(lambda));
+  });
+}
+
+void sweep(const View& s, std::int32_t begin, std::int32_t end) {
+  for_points(s, begin, end, load_frame, [](const Frame& f, double* p, double* lambda, Vector slip) {
+    const Vector l = load_vector(lambda);
+    const Vector next = solve_slot(p, into(f, slip) + load_vector(p + 8 * kBias), l);
+    store(lambda, next.x);
+    store(lambda + 8, next.y);
+    store(lambda + 16, next.z);
+    return out_of(f, next - l);
+  });
 }
 
 void sweep_frictionless(const View& s, std::int32_t begin, std::int32_t end) {
-  for (std::int32_t i = begin; i < end; ++i) {
-    const Group& group = s.groups[i];
-    const double* m = s.manifolds + 8 * static_cast<std::int64_t>(group.manifold);
-    const Vector n = load_vector(m + 8 * kFrame);
-    Motion a = gather(s.velocity, group.a);
-    Motion b = gather(s.velocity, group.b);
-    for (std::int32_t j = 0; j < group.slots; ++j) {
-      const std::int64_t slot = group.slot + j;
-      double* p = s.points + 8 * kSlotRows * slot;
-      double* lambda = s.impulse + 24 * slot;
-      const Vector arm_a = load_vector(p + 8 * kArmA);
-      const Vector arm_b = load_vector(p + 8 * kArmB);
-      const Wide u = dot(n, slip(a, b, arm_a, arm_b)) + load(p + 8 * kBias);
-      const Wide l = load(lambda);
-      const Wide step = l - u * load(p + 8 * kInverse);
-      const Wide next = step > all(0.0) ? step : all(0.0);
-      push(a, b, m, arm_a, arm_b, (next - l) * n);
-      store(lambda, next);
-    }
-    scatter(a, s.velocity, group.a, s.nobody);
-    scatter(b, s.velocity, group.b, s.nobody);
-  }
-}
-
-RB_INLINE double greatest_lane(Wide x) {
-  double most = x[0];
-  for (int l = 1; l < kLanes; ++l) most = x[l] > most ? x[l] : most;
-  return most;
+  const auto normal = [](const double* m) { return load_vector(m + 8 * kFrame); };
+  for_points(s, begin, end, normal, [](Vector n, double* p, double* lambda, Vector slip) {
+    const Wide l = load(lambda);
+    const Wide step = l - (dot(n, slip) + load(p + 8 * kBias)) * load(p + 8 * kInverse);
+    const Wide next = step > all(0.0) ? step : all(0.0);
+    store(lambda, next);
+    return (next - l) * n;
+  });
 }
 
 // See residual.cpp: the same natural map and scale, for cones without moments.
@@ -404,6 +295,11 @@ void extrapolate(double* x, double* last, double* direction, double beta, std::i
     store(x + i, next);
     store(last + i, next);
   }
+}
+
+constexpr Kernel make_kernel(const char* level) {
+  return {level,        prepare, apply,         sweep,      sweep_frictionless,
+          measure_free, measure, difference_sq, extrapolate};
 }
 
 }  // namespace
