@@ -78,10 +78,15 @@ Vec3 normal_rate_of_curves(const Mat3& frame, double d, const Vec3& slip, const 
   const Eigen::Matrix2d stiffness =
       tangent * w * tangent.transpose() + d * Eigen::Matrix2d::Identity();
   const Vec2 drive = tangent * (slip + sa.radii * turn_a + sb.radii * turn_b);
-  const bool bound_by_a = line_a.squaredNorm() > 0.25;
-  if (bound_by_a || line_b.squaredNorm() > 0.25) {
-    const Vec2 e = bound_by_a ? line_a : line_b;
-    const double rate = bound_by_a ? rhs_a : rhs_b;
+  const bool bound_by_a = line_a.squaredNorm() > 0.25, bound_by_b = line_b.squaredNorm() > 0.25;
+  if (bound_by_a || bound_by_b) {
+    Vec2 e = bound_by_a ? line_a : line_b;
+    double rate = bound_by_a ? rhs_a : rhs_b;
+    if (bound_by_a && bound_by_b) {  // parallel: the mean of both
+      const double same_way = line_a.dot(line_b) < 0.0 ? -1.0 : 1.0;
+      e = 0.5 * (line_a + same_way * line_b);
+      rate = 0.5 * (rhs_a + same_way * rhs_b);
+    }
     const Vec2 across(-e.y(), e.x());
     const double stiff = across.dot(stiffness * across);
     const double free = stiff > 0.0 ? across.dot(drive - rate * (stiffness * e)) / stiff : 0.0;

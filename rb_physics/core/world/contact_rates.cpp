@@ -39,6 +39,23 @@ ContactKinematics rates(const World& world, const Contact& c, const BodyMotion& 
   return contact_kinematics(c.point, surface_a, a, surface_b, b);
 }
 
+// What makes the points of both bodies the same again: s e_a - t e_b = lag, in the tangent plane.
+void wander_along_lines(const Vec3& lag, const Vec3& line_a, const Vec3& line_b, Vec3& wander_a,
+                        Vec3& wander_b) {
+  const double sa = line_a.dot(lag), sb = line_b.dot(lag);
+  const double cosine = line_a.dot(line_b);
+  const double sine_sq = line_a.squaredNorm() * line_b.squaredNorm() - cosine * cosine;
+  if (sine_sq > 1e-12) {
+    wander_a += (sa - cosine * sb) / sine_sq * line_a;
+    wander_b += (cosine * sa - sb) / sine_sq * line_b;
+  } else {
+    // Along two parallel lines no point is marked: half way between those of the bodies.
+    const double share = cosine == 0.0 ? 1.0 : 0.5;
+    wander_a += share * sa * line_a;
+    wander_b -= share * sb * line_b;
+  }
+}
+
 }  // namespace
 
 ContactKinematics contact_rates(const World& world, const Contact& c) {
@@ -56,32 +73,20 @@ ContactDrift contact_drift(const World& world, const Contact& c) {
   const Vec3 velocity_a = a.point_velocity(point);
   const Vec3 velocity_b = b.point_velocity(point);
   // The contact wanders over a curved surface as the normal turns against the body; over a face it
-  // goes where the other body's feature takes it.
+  // goes where the other body's feature takes it, along an edge where the other body's point does.
   Vec3 wander_a = -surface_a.radii * (k.normal_rate - a.angular_velocity.cross(c.point.normal));
   Vec3 wander_b = surface_b.radii * (k.normal_rate - b.angular_velocity.cross(c.point.normal));
+  if (c.point.normal_owner == NormalOwner::A) {
+    wander_a = velocity_b + wander_b - velocity_a;
+  } else if (c.point.normal_owner == NormalOwner::B) {
+    wander_b = velocity_a + wander_a - velocity_b;
+  } else {
+    const Vec3 lag = velocity_b + wander_b - velocity_a - wander_a;
+    wander_along_lines(lag, surface_a.line, surface_b.line, wander_a, wander_b);
+  }
   ContactDrift drift;
   drift.normal_rate = k.normal_rate;
-  if (c.point.normal_owner == NormalOwner::A) {
-    drift.point_rate = velocity_b + wander_b;
-    wander_a = drift.point_rate - velocity_a;
-  } else if (c.point.normal_owner == NormalOwner::B) {
-    drift.point_rate = velocity_a + wander_a;
-    wander_b = drift.point_rate - velocity_b;
-  } else if (c.point.normal_owner == NormalOwner::EDGES) {
-    // Where the edges cross: velocity_a + s e_a = velocity_b + t e_b, in the tangent plane.
-    const Vec3 slip = velocity_b - velocity_a;
-    const double cosine = surface_a.line.dot(surface_b.line);
-    const double sine_sq = 1.0 - cosine * cosine;
-    if (sine_sq > 1e-12) {
-      const double sa = surface_a.line.dot(slip);
-      const double sb = surface_b.line.dot(slip);
-      wander_a = (sa - cosine * sb) / sine_sq * surface_a.line;
-      wander_b = (cosine * sa - sb) / sine_sq * surface_b.line;
-    }
-    drift.point_rate = velocity_a + wander_a;
-  } else {
-    drift.point_rate = velocity_a + wander_a;
-  }
+  drift.point_rate = 0.5 * (velocity_a + wander_a + velocity_b + wander_b);
   const Vec3 r_a = point - a.center;
   const Vec3 r_b = point - b.center;
   drift.velocity_rate = a.angular_velocity.cross(a.angular_velocity.cross(r_a) + wander_a) -

@@ -186,8 +186,6 @@ double IslandAdvance::next_stick_time(double tau) {
     guess = std::fmin(guess, slip / brake);
   }
   if (work_.slides.empty()) return tau;
-  std::vector<Vec3>& before = work_.slip_at_start;
-  before = slip_before_;
   // In an interval short enough to slide all through, the slip shrinks linearly: extrapolate to
   // zero, twice.
   double t = guess * tau;
@@ -199,7 +197,7 @@ double IslandAdvance::next_stick_time(double tau) {
       carry(t, false);
       double next = std::numeric_limits<double>::infinity();
       for (const std::int32_t i : work_.slides) {
-        const Vec2 u0 = before[i].tail<2>();
+        const Vec2 u0 = slip_before_[i].tail<2>();  // in the frame that this t gives the contact
         const double along =
             relative_velocity(work.problem.contacts[i], work.solution.velocity).tail<2>().dot(u0) /
             u0.squaredNorm();
