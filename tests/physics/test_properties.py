@@ -279,6 +279,53 @@ def test_contact_impulses_are_the_momentum_change(law):
                 np.testing.assert_allclose(world.dt * torque, L1 - L0, atol=1e-12 * (spin + scale))
 
 
+def _spinning_cluster(seed, **settings):
+    """Fast spinning bodies of all shapes fly at each other: many contacts a step, some without end."""
+    rng = np.random.default_rng(seed)
+    world = rb.World(gravity=(0, 0, 0), **settings)
+    more = {"friction": rng.choice([0, 0.3, 1.8]), "restitution": rng.choice([0, 0.3, 1])}
+    for k in range(5):
+        r = 0.1 * rng.uniform(0.4, 1, 3)
+        shape = rng.choice([0, 1, 2, 3])
+        x = 0.4 * np.array([np.cos(1.26 * k), np.sin(1.26 * k), 0.2 * rng.normal()])
+        world.add_body(
+            [rb.Sphere(r[0]), rb.Box(r), rb.Capsule(0.5 * r[0], r[1]), rb.Cylinder(*r[:2])][shape],
+            mass=10 ** rng.uniform(-2, 2),
+            position=x,
+            linear_velocity=-4 * x + rng.normal(size=3) * 0.2,
+            angular_velocity=rng.normal(size=3) * 30,
+            **more,
+        )
+    return world
+
+
+@pytest.mark.parametrize("stepper", ["fixed", "event"])
+@pytest.mark.parametrize("dt", [1e-3, 5e-3])
+@pytest.mark.parametrize("max_events", [16, 1])
+def test_angular_momentum_of_bodies_among_themselves(stepper, dt, max_events):
+    """Also in steps that end before all events are met, and where overlap is taken out."""
+    capped = corrected = 0
+    for seed in range(20):
+        world = _spinning_cluster(seed, stepper=stepper, dt=dt, max_events=max_events)
+        before = world.angular_momentum
+        for _ in range(round(0.3 / dt)):
+            scale = sum(
+                b.mass * np.linalg.norm(b.linear_velocity) * np.linalg.norm(b.com_position)
+                + np.linalg.norm(b.inertia @ b.angular_velocity)
+                for b in world.bodies
+            )
+            world.step()
+            after = world.angular_momentum
+            # Rounding of some hundred impulses.
+            np.testing.assert_allclose(after, before, rtol=0, atol=1e-13 * scale)
+            capped += world.stats.capped
+            corrected += world.stats.corrections
+            before = after
+    assert corrected > 0
+    if stepper == "fixed" and max_events == 1:
+        assert capped > 0
+
+
 @pytest.mark.parametrize("law", ["simultaneous", "reflections", "sequential"])
 def test_momentum_of_bodies_among_themselves(law):
     """No ground, no gravity: linear momentum stays to rounding, whatever they do."""

@@ -52,5 +52,5 @@ def test_order_of_rails_and_rider(rider, stepper):
     other = ride(("rider", "left", "right"), rider, stepper)
     assert np.abs(one[0, 7]) > 1e-3  # rad/s, the rails turn under the rider
     np.testing.assert_allclose(
-        one, other, rtol=0, atol=1e-11
-    )  # each solve ends at 1e-13; thirty steps of unit speeds
+        one, other, rtol=0, atol=1e-9
+    )  # rails that roll away let the rounding of the solves grow

@@ -44,15 +44,20 @@ void IslandAdvance::run(double h) {
       event_stepper ? std::max(settings.max_events, 1000)
                     : std::clamp(share, std::min(2, settings.max_events), settings.max_events);
   int events = 0;
+  int pieces = 0;  // of what turns: each may part a contact that is struck again at once
   double left = h;
   find_partners();
   while (true) {
     strike();
     const bool by_events = always || rebound_ahead(left);
-    const bool last = !by_events || events >= most_events;
+    const bool last = !by_events || events >= most_events + pieces;
     if (by_events && last) ++stats.capped;
     double tau = last ? left : piece_of(left);
-    carry(tau, last);
+    if (last) {
+      carry_to_end(tau);
+    } else {
+      carry(tau, false);
+    }
     mark();
     bool event = false;
     if (!last) {
@@ -64,9 +69,10 @@ void IslandAdvance::run(double h) {
       event = std::fmin(contact, reached) < tau;
       tau = std::fmin(contact, reached);
     }
-    settle(tau);
+    settle(tau, last);
     book();
     move(tau);
+    return_angular_momentum();
     left -= tau;
     elapsed_ += tau;
     if (last || !(left > 1e-14 * h)) break;
@@ -74,6 +80,8 @@ void IslandAdvance::run(double h) {
     if (event) {
       ++events;
       ++stats.events;
+    } else {
+      ++pieces;
     }
     find_again();
   }
@@ -91,6 +99,7 @@ void IslandAdvance::find_partners() {
   const bool on_static = std::any_of(pairs.begin(), pairs.end(), [this](const ColliderPair& pair) {
     return world_.bodies[world_.colliders[pair.b].body].type == BodyType::STATIC;
   });
+  free_ = !on_static && partners_.empty();
   const std::int32_t leader = partners_.empty() ? rows_.front() : partners_.front();
   if (!on_static) reference_ = world_.bodies[leader].linear_velocity();
 }
@@ -171,6 +180,24 @@ SolverSettings IslandAdvance::solver_settings() const {
   return settings;
 }
 
+// The rest of the step in one solve. Where a gap closes, the bodies move with the velocities of the
+// end (settle.cpp), and the angular momentum of a free island stays if its arms are those of the
+// start; where none does, if they are those of the midpoint.
+void IslandAdvance::carry_to_end(double tau) {
+  at_start_ = true;
+  if (free_) {
+    at_start_ = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+      const Vec3 u = relative_velocity(world_.bodies[c.body_a], world_.bodies[c.body_b],
+                                       place_of(world_.bodies, c).point);
+      return !c.touching() && c.point.separation + tau * c.point.normal.dot(u) < 0.0;
+    });
+  }
+  carry(tau, true);
+  if (at_start_ || !closes_gap()) return;
+  at_start_ = true;
+  carry(tau, true);
+}
+
 void IslandAdvance::carry(double tau, bool far_too) {
   IslandWorkspace& work = work_;
   for (std::size_t k = 0; k < rows_.size(); ++k) total_[k] = world_.applied[rows_[k]];
@@ -183,7 +210,7 @@ void IslandAdvance::carry(double tau, bool far_too) {
   ContactProblem& problem = work.problem;
   ContactSolution& solution = work.solution;
   build_bodies(world_.bodies, index, problem);
-  if (!far_too && turning(tau)) {
+  if (!(far_too && (at_start_ || !free_)) && turning(tau)) {
     build_midpoint(index, tau);
   } else {
     for (const std::int32_t i : active_) {

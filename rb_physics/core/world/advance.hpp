@@ -54,12 +54,15 @@ class IslandAdvance {
   // Forces over the next tau seconds: resting and sliding contacts (S16 in velocities). Fills
   // `total_`. far_too: contacts not yet touching count as well, with the gap they may close.
   void carry(double tau, bool far_too);
+  void carry_to_end(double tau);
+  bool closes_gap() const;
   void without_drift(double tau);
   void remember_forces(double tau, const ContactSolution& solution);
   void add_forces(double tau);
   // Takes the height of rebounds that are over by the end out of the displacement. Fills `shift_`.
-  void settle(double tau);
-  bool shift_to_end_velocities(double tau);
+  void settle(double tau, bool last);
+  void shift_to_end_velocities(double tau);
+  void return_angular_momentum();
   // Books what `carry` found as impulses of the contacts.
   void book();
   // Moves every body under `total_`, from the states saved by `mark`.
@@ -96,6 +99,9 @@ class IslandAdvance {
   std::vector<Vec3>& slip_before_ = work_.slip_before;  // u at the start of carry, contact frame
   std::vector<ContactDrift>& drifts_ = work_.drifts;    // per constraint
   std::vector<Vec6>& shift_ = work_.shift;              // m, rad; per body, or empty
+  std::vector<Vec3>& pushed_ = work_.pushed;  // kg m, on A, per settled contact: what shifts it
+  bool free_ = false;      // nothing immovable within reach: all momenta are the island's own
+  bool at_start_ = false;  // the arms of the last solve are those at the start of its interval
   Vec3 reference_ = Vec3::Zero();  // m/s: problems are set up in the frame that moves along
   double elapsed_ = 0.0;           // s since the step began
 };

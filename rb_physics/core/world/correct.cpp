@@ -1,7 +1,8 @@
 // Position correction: pushes overlapping bodies apart by the smallest displacement (in the metric
-// of their masses) that separates them. It moves positions only: both momenta stay, to the bit. So
-// that the kinetic energy L . J^-1 L / 2 stays as well, a body does not turn about omega x L, the
-// one axis along which turning changes it.
+// of their masses) that separates them. It moves positions only: both momenta stay, to the bit, but
+// for what keeps the angular momentum of an island among itself (world/pair_momentum.hpp). So that
+// the kinetic energy L . J^-1 L / 2 stays as well, a body does not turn about omega x L, the one
+// axis along which turning changes it.
 #include "world/correct.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "solver/separation.hpp"
 #include "world/advance.hpp"
 #include "world/detect.hpp"
+#include "world/pair_momentum.hpp"
 #include "world/sleep.hpp"
 #include "world/step.hpp"
 
@@ -41,6 +43,31 @@ constexpr double large_slack = 3e4;
 
 bool overlaps(const Contact& c, double most) {
   return c.active() && c.point.separation < -most * c.touch;
+}
+
+// Of an island that meets nothing immovable: what the shift by `pushes` (kg m, contact frame, one
+// of each active contact) did to x x p goes back.
+void return_angular_momentum(World& world, std::span<const std::int32_t> contacts,
+                             const ContactProblem& problem, const std::vector<Vec3>& pushes) {
+  const bool is_free = std::all_of(contacts.begin(), contacts.end(), [&](std::int32_t i) {
+    return world.bodies[world.contacts[i].body_b].is_dynamic();
+  });
+  if (!is_free) return;
+  std::vector<Vec3>& changes = world.work.threads[0].pushed;
+  changes.clear();
+  const auto each_push = [&](const auto& visit) {
+    std::size_t n = 0;
+    for (const std::int32_t i : contacts) {
+      Contact& c = world.contacts[i];
+      if (c.active()) visit(n++, c, world.bodies[c.body_a], world.bodies[c.body_b]);
+    }
+  };
+  each_push([&](std::size_t n, const Contact&, const Body& a, const Body& b) {
+    const Vec3 push = problem.contacts[n].frame.transpose() * pushes[n];
+    changes.push_back(push.cross(a.linear_velocity() - b.linear_velocity()));
+  });
+  each_push(
+      [&](std::size_t n, Contact& c, Body& a, Body& b) { take_from_pair(a, b, c, changes[n]); });
 }
 
 // Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0.
@@ -92,6 +119,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   for (std::size_t k = 0; k < rows.size(); ++k) {
     shift_body(world.bodies[rows[k]], work.solution.velocity[k]);
   }
+  return_angular_momentum(world, contacts, problem, work.solution.impulse);
 }
 
 }  // namespace

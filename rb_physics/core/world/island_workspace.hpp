@@ -36,7 +36,7 @@ struct IslandWorkspace {
   std::vector<RigidState> start, partner_start;
   std::vector<std::int32_t> partners, slides, active, settled;
   std::vector<Wrench> total;
-  std::vector<Vec3> slip_before;
+  std::vector<Vec3> slip_before, pushed;
   std::vector<ContactDrift> drifts;
   std::vector<Vec6> shift, velocity_before;
   ContactPoints points;

@@ -4,29 +4,33 @@
 #include "math/rotation.hpp"
 #include "solver/contact_operators.hpp"
 #include "world/advance.hpp"
+#include "world/pair_momentum.hpp"
 
 namespace rb {
 
-bool IslandAdvance::shift_to_end_velocities(double tau) {
-  const IslandWorkspace& work = work_;
-  bool closing = false;
+// Whether a gap closes within the interval, by the last solve.
+bool IslandAdvance::closes_gap() const {
   for (std::size_t n = 0; n < active_.size(); ++n) {
-    closing |= !contacts[active_[n]].touching() && work.solution.impulse[n].x() > 0.0;
+    if (!contacts[active_[n]].touching() && work_.solution.impulse[n].x() > 0.0) return true;
   }
-  if (!closing) return false;
+  return false;
+}
+
+void IslandAdvance::shift_to_end_velocities(double tau) {
+  const IslandWorkspace& work = work_;
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const Body& body = world_.bodies[rows_[k]];
     Vec6 before;
     before << body.linear_velocity() - reference_, body.angular_velocity();
     shift_.push_back((0.5 * tau) * (work.solution.velocity[k] - before));
   }
-  return true;
 }
 
-void IslandAdvance::settle(double tau) {
+void IslandAdvance::settle(double tau, bool last) {
   shift_.clear();
+  pushed_.clear();
   // A gap that closes within the interval is bounded at the end's velocity: move with that one.
-  if (shift_to_end_velocities(tau)) return;
+  if (closes_gap() || (free_ && last && at_start_)) return shift_to_end_velocities(tau);
   IslandWorkspace& work = work_;
   bool over = false;  // a rebound began and ended
   work_.settled.clear();
@@ -64,6 +68,27 @@ void IslandAdvance::settle(double tau) {
   solve_contacts(problem, settings, work_.settle_solution, work.solver);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     shift_.push_back((0.5 * tau) * (work_.settle_solution.velocity[k] - before[k]));
+  }
+  if (!free_) return;
+  for (std::size_t n = 0; n < work_.settled.size(); ++n) {
+    Vec3 push = Vec3::Zero();
+    for (const std::size_t way : {2 * n, 2 * n + 1}) {
+      push += problem.contacts[way].frame.transpose() * work_.settle_solution.impulse[way];
+    }
+    pushed_.push_back((0.5 * tau) * push);
+  }
+}
+
+// What the shift did to x x p.
+void IslandAdvance::return_angular_momentum() {
+  for (std::size_t n = 0; n < pushed_.size(); ++n) {
+    const Contact& c = contacts[work_.settled[n]];
+    pushed_[n] = pushed_[n].cross(world_.bodies[c.body_a].linear_velocity() -
+                                  world_.bodies[c.body_b].linear_velocity());
+  }
+  for (std::size_t n = 0; n < pushed_.size(); ++n) {
+    Contact& c = contacts[work_.settled[n]];
+    take_from_pair(world_.bodies[c.body_a], world_.bodies[c.body_b], c, pushed_[n]);
   }
 }
 

@@ -79,8 +79,14 @@ bool IslandAdvance::turning(double tau) const {
   const auto turns = [&](std::int32_t row) {
     return tau * world_.bodies[row].angular_velocity().norm() > negligible;
   };
+  // The arms of bodies that pass each other turn too: a free island's angular momentum tells.
+  const auto passes = [&](std::int32_t row) {
+    const double travel = tau * (world_.bodies[row].linear_velocity() - reference_).norm();
+    return travel > negligible * world_.reach[row];
+  };
   return std::any_of(rows_.begin(), rows_.end(), turns) ||
-         std::any_of(partners_.begin(), partners_.end(), turns);
+         std::any_of(partners_.begin(), partners_.end(), turns) ||
+         (free_ && std::any_of(rows_.begin(), rows_.end(), passes));
 }
 
 // The constraints of the active contacts as they stand halfway through tau: arms, normals and
