@@ -268,8 +268,10 @@ void IslandAdvance::carry(double tau, bool far_too) {
   if (report.warm_accepted) return;
   work.steady = solution;         // always, so that later steps need no memory
   constexpr double small = 1e-9;  // relative: the forces are last step's but for what drifted
-  if (report.start_residual <= small && drift > settings.newton_goal * report.typical_velocity) {
-    without_drift(tau);
+  const double still =
+      std::fmin(settings.newton_goal * report.typical_velocity, 0.1 * settings.warm_speed);
+  if (report.start_residual <= small && drift > still) {
+    without_drift(tau, settings.warm_speed);
   } else {
     remember_forces(tau, solution);
   }
@@ -277,7 +279,7 @@ void IslandAdvance::carry(double tau, bool far_too) {
 
 // The forces of now also stop what earlier ones have left: the next step would hum with them. It
 // starts from the answer for contacts that were at rest before.
-void IslandAdvance::without_drift(double tau) {
+void IslandAdvance::without_drift(double tau, double warm_speed) {
   IslandWorkspace& work = work_;
   const auto shift_bias = [&](double sign) {
     for (std::size_t n = 0; n < active_.size(); ++n) {
@@ -290,6 +292,7 @@ void IslandAdvance::without_drift(double tau) {
   shift_bias(-1.0);
   SolverSettings settings = solver_settings();
   settings.warm_tolerance = 0.1 * settings.newton_goal;
+  settings.warm_speed = warm_speed;
   const SolveReport report = solve_contacts(work.problem, settings, work.steady, work.solver);
   shift_bias(1.0);
   stats.iterations += report.sweeps + report.newton_steps;

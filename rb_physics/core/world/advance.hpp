@@ -56,7 +56,7 @@ class IslandAdvance {
   void carry(double tau, bool far_too);
   void carry_to_end(double tau);
   bool closes_gap() const;
-  void without_drift(double tau);
+  void without_drift(double tau, double warm_speed);
   void remember_forces(double tau, const ContactSolution& solution);
   void add_forces(double tau);
   // Takes the height of rebounds that are over by the end out of the displacement. Fills `shift_`.
