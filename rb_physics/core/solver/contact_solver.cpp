@@ -120,6 +120,20 @@ struct Solve {
     return true;
   }
 
+  // Most of the steps of a stack at rest: the old forces but for what rounding has made of them.
+  bool touch_up() {
+    if (!settings.minimum_norm || !(report.residual <= kTouchUp) || out_of_work()) return false;
+    cone_faces(problem, ws.cones, ws.v, face_threshold(measured), ws.minimum_norm.faces);
+    if (!refine_minimum_norm(problem, ws.cones, kSoftness * ws.scales.least_w, settings.tolerance,
+                             ws.v, ws.space, ws.minimum_norm, io.impulse, io.certificate)) {
+      return false;
+    }
+    report.newton_steps += 1;
+    const ContactResidual r = measure();
+    report.factorizations = ws.space.factorizations();
+    return report.minimum_norm = r.natural_map <= std::min(target, goal());
+  }
+
   static double face_threshold(const ContactResidual& r) {
     return std::max(1e-11, 30.0 * r.natural_map) * r.typical_velocity;
   }
@@ -334,6 +348,7 @@ struct Solve {
     }
     const bool direct = many || ws.space.prepare(problem, settings.max_factor_work);
     if (!direct && io.moment.empty()) return iterate();
+    if (direct && touch_up()) return;
     for (;;) {
       direct ? solve_direct() : iterate_moments();
       const ContactResidual r = measured;

@@ -235,4 +235,43 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
   return steps;
 }
 
+bool refine_minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+                         double eps, double tolerance, const std::vector<Vec6>& v, BodySpace& space,
+                         MinimumNormWorkspace& ws, std::vector<Vec3>& impulse,
+                         std::vector<Vec6>& certificate) {
+  const std::size_t nc = cones.size();
+  const std::size_t nb = problem.inv_mass.size();
+  if (certificate.size() != nb) return false;
+  ws.reaction.resize(nc);
+  ws.d.resize(nc);
+  ws.wrench.assign(nb, Vec6::Zero());
+  double largest = 0.0;
+  double deviation = 0.0;
+  for (std::size_t i = 0; i < nc; ++i) {
+    const ContactConstraint& c = problem.contacts[i];
+    if (cones[i].has_moment() || (ws.faces[i].slides && cones[i].slide > 0.0)) return false;
+    const Reaction y = contact_components(c, cones[i], certificate);
+    const Reaction r = project_on_face(cones[i], ws.faces[i], y, &ws.d[i]);
+    largest = std::max(largest, impulse[i].squaredNorm());
+    const double sq = (r.force - impulse[i]).squaredNorm();
+    if (!(sq <= deviation)) deviation = sq;
+    ws.reaction[i] = {impulse[i], Vec3::Zero()};
+    const Vec3 slip = relative_velocity(c, v);
+    add_wrench(c, cones[i], {ws.d[i].ff * -slip / eps, Vec3::Zero()}, ws.wrench);
+  }
+  if (!(deviation <= tolerance * tolerance * largest)) return false;
+  if (!space.factorize(problem, cones, ws.d, 1.0 / eps, true)) return false;
+  // The change of velocity that stops them, as B dz; then the reactions that make it.
+  space.scale_transposed(ws.wrench, ws.dz);
+  space.solve(ws.dz);
+  for (Vec6& x : ws.dz) x /= eps;
+  space.solve(ws.dz);
+  ws.y = certificate;
+  ws.target.assign(nb, Vec6::Zero());
+  Newton{problem, cones, space, ws}.refine();
+  for (std::size_t i = 0; i < nc; ++i) impulse[i] = ws.reaction[i].force;
+  certificate = ws.y;
+  return true;
+}
+
 }  // namespace rb

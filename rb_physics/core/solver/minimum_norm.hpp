@@ -40,4 +40,12 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
                  BodySpace& space, MinimumNormWorkspace& ws, std::vector<Vec3>& impulse,
                  std::vector<Vec3>& moment, std::vector<Vec6>& certificate);
 
+// For a start that is nearly the answer: takes out what the slips of v still say where ws.faces
+// stick, by least impulses, in two linear solves. False (nothing changed) where contacts slide or
+// carry moments, or the impulses are not those of the certificate to `tolerance` of the largest.
+bool refine_minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+                         double eps, double tolerance, const std::vector<Vec6>& v, BodySpace& space,
+                         MinimumNormWorkspace& ws, std::vector<Vec3>& impulse,
+                         std::vector<Vec6>& certificate);
+
 }  // namespace rb
