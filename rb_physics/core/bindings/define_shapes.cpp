@@ -238,8 +238,9 @@ void define_shapes(py::module_& m) {
 
   py::class_<ConvexHull> hull(
       m, "ConvexHull",
-      "Convex hull of `points` (n, 3), m, in body coordinates; inner points are dropped. Raises "
-      "SceneError for points that span no volume.");
+      "Convex hull of `points` (n, 3), m, in body coordinates; inner points are dropped, and "
+      "those nearer to an earlier one than 1e-8 of the extent. Raises SceneError for points that "
+      "span no volume.");
   hull.def(py::init(&make_hull_of), py::arg("points"))
       .def_property_readonly("points", &hull_points, "Corners (n, 3), m, in the order given.")
       .def_property_readonly("faces", &hull_faces,

@@ -16,12 +16,65 @@ namespace {
 
 constexpr int none = -1;
 constexpr double coplanar = 1e-10;  // of the extent: triangles this close to a plane are one face
+// Of the extent: corners this close are one, the first given. An edge between them would have no
+// direction to speak of, and with it no axis to separate shapes along.
+constexpr double one_corner = 1e-8;
 constexpr std::size_t max_vertices =
     32768;  // what a feature id has room for (collision/feature.hpp)
 
 Vec3 area_normal(const std::vector<Vec3>& points, const HullTriangle& t) {
   const Vec3& a = points[t.vertex[0]];
   return (points[t.vertex[1]] - a).cross(points[t.vertex[2]] - a);
+}
+
+double extent(const std::vector<Vec3>& points) {
+  Vec3 lower = points[0], upper = points[0];
+  for (const Vec3& p : points) {
+    lower = lower.cwiseMin(p);
+    upper = upper.cwiseMax(p);
+  }
+  return (upper - lower).maxCoeff();
+}
+
+// The points in their order, without those that lie on an earlier one.
+std::vector<Vec3> distinct(const std::vector<Vec3>& points) {
+  if (points.empty() ||
+      !std::all_of(points.begin(), points.end(), [](const Vec3& p) { return p.allFinite(); })) {
+    return points;
+  }
+  const double near = one_corner * extent(points);
+  if (points.size() >= 4 && !(near > 0.0)) {
+    throw std::invalid_argument("all points of the hull coincide");
+  }
+  const Vec3 oblique(1.0, 0.618, 0.414);  // grids of points have few equal places along it
+  std::vector<double> place(points.size());
+  std::vector<int> order(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    place[i] = oblique.dot(points[i]);
+    order[i] = static_cast<int>(i);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](int i, int j) { return place[i] < place[j]; });
+  std::vector<std::size_t> rank(points.size());
+  for (std::size_t k = 0; k < order.size(); ++k) rank[order[k]] = k;
+  std::vector<char> kept(points.size(), 0);
+  std::vector<Vec3> out;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto taken = [&](std::size_t k) {
+      return kept[order[k]] && (points[order[k]] - points[i]).squaredNorm() <= near * near;
+    };
+    const auto in_reach = [&](std::size_t k) {
+      return std::abs(place[order[k]] - place[i]) <= 2.0 * near;
+    };
+    bool there = false;
+    for (std::size_t k = rank[i]; !there && k-- > 0 && in_reach(k);) there = taken(k);
+    for (std::size_t k = rank[i] + 1; !there && k < order.size() && in_reach(k); ++k) {
+      there = taken(k);
+    }
+    if (there) continue;
+    kept[i] = 1;
+    out.push_back(points[i]);
+  }
+  return out;
 }
 
 // Numbers the triangles by the flat face they belong to, largest triangles first.
@@ -193,12 +246,7 @@ void add_edges(HullData& hull) {
 void finish_hull(const std::vector<std::vector<int>>& loops, HullData& hull) {
   add_faces(loops, hull);
   add_edges(hull);
-  Vec3 lower = hull.vertices[0], upper = hull.vertices[0];
-  for (const Vec3& v : hull.vertices) {
-    lower = lower.cwiseMin(v);
-    upper = upper.cwiseMax(v);
-  }
-  hull.size = 0.5 * (upper - lower).maxCoeff();
+  hull.size = 0.5 * extent(hull.vertices);
   std::vector<std::array<int, 3>> triangles;
   for (const auto& loop : loops) {
     for (std::size_t i = 1; i + 1 < loop.size(); ++i)
@@ -209,15 +257,10 @@ void finish_hull(const std::vector<std::vector<int>>& loops, HullData& hull) {
   for (const Vec3& v : hull.vertices) hull.radius = std::max(hull.radius, v.norm());
 }
 
-ConvexHull make_hull(const std::vector<Vec3>& points) {
+ConvexHull make_hull(const std::vector<Vec3>& given) {
+  const std::vector<Vec3> points = distinct(given);
   const std::vector<HullTriangle> triangles = hull_triangles(points);
-  Vec3 lower = points[0], upper = points[0];
-  for (const Vec3& p : points) {
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
-  }
-  const std::vector<int> face =
-      flat_faces(points, triangles, coplanar * (upper - lower).maxCoeff());
+  const std::vector<int> face = flat_faces(points, triangles, coplanar * extent(points));
   std::vector<std::vector<int>> loops = face_loops(triangles, face, points.size());
 
   // Vertices in the order of the input; faces by their smallest vertices.

@@ -42,7 +42,8 @@ struct HullData {
   double radius = 0;                // m, farthest vertex from the origin
 };
 
-// The convex hull of points (m, body coordinates; inner points and duplicates are dropped). Throws
+// The convex hull of points (m, body coordinates; inner points are dropped, and those nearer to an
+// earlier one than 1e-8 of the extent). Throws
 // std::invalid_argument for points that span no volume, saying what is wrong with them.
 ConvexHull make_hull(const std::vector<Vec3>& points);
 

@@ -49,7 +49,6 @@ class Quickhull {
     }
     const Vec3 middle = 0.5 * (lower + upper);
     const double half = 0.5 * (upper - lower).maxCoeff();
-    if (!(half > 0.0)) throw std::invalid_argument("all points of the hull coincide");
     grid_.reserve(points.size());
     for (const Vec3& p : points) {
       const Vec3 scaled = (p - middle) / half * grid_steps;
