@@ -27,7 +27,6 @@ class SimNode(LifecycleNode):
         self.simulator: Simulator | None = None
         self.error: BaseException | None = None  # why configuring failed, or what broke a run
         self._shut_down = False
-        self._configured = False  # once
         self._table = parameters.load_table()
         parameters.declare(self, self._table)
         self.add_on_set_parameters_callback(lambda changes: parameters.check(self._table, changes))
@@ -51,14 +50,11 @@ class SimNode(LifecycleNode):
         values = {name: self.get_parameter(name).value for name in self._table}
         try:
             self.simulator = Simulator(self, values)
-        except Exception as error:  # rclpy has no common class, and would keep the reason to itself
+        except (ValueError, OSError, ImportError) as error:
             self.error = error
-            if (
-                self._configured or not values["autostart"]
-            ):  # else the process ends with this sentence
+            if not values["autostart"]:  # otherwise the process ends with this sentence
                 self.get_logger().error(one_line(error))
             return FAILURE
-        self._configured = True
         return SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:

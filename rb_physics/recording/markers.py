@@ -14,7 +14,7 @@ from .palette import FORCE, RGBA, ForceArrows, body_colors, typical_radius
 from .quaternions import multiply, rotate
 
 ARROW, CUBE, SPHERE, CYLINDER, TRIANGLE_LIST = 0, 1, 2, 3, 11
-_ADD, _DELETE, _DELETE_ALL = 0, 2, 3
+_ADD, _DELETE = 0, 2
 _PLANE_SIZE = 40.0  # in typical body radii: a half-space is drawn as a square this wide
 _IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -48,19 +48,11 @@ def _marker(
 class MarkerEncoder:
     """Bodies (namespace "bodies") and one arrow per contact force ("contact_forces").
 
-    Forces of zero have no arrow; arrows of earlier messages are deleted when contacts go. `anew`: the
-    bodies are others now, and the first message deletes all that was drawn before.
+    Forces of zero have no arrow; arrows of earlier messages are deleted when contacts go.
     """
 
-    def __init__(
-        self,
-        frame_id: str,
-        bodies: Sequence[BodyDescription],
-        arrows: ForceArrows,
-        anew: bool = False,
-    ) -> None:
+    def __init__(self, frame_id: str, bodies: Sequence[BodyDescription], arrows: ForceArrows):
         self._arrows = arrows
-        self._anew = anew
         self._shaft = 0.08 * typical_radius(bodies)
         self._arrows_before = 0
         self._build_bodies(frame_id, bodies)
@@ -134,10 +126,8 @@ class MarkerEncoder:
         )
 
     def _encode_arrows(self, time_ns: int, points: NDArray, forces: NDArray) -> NDArray:
-        anew, self._anew = self._anew, False
-        first = int(anew)  # a marker that deletes all comes before the arrows
         count = len(points)
-        total = first + max(count, self._arrows_before)
+        total = max(count, self._arrows_before)
         block = np.empty((total, len(self._arrow)), np.uint8)
         block[:] = self._arrow
 
@@ -148,12 +138,11 @@ class MarkerEncoder:
         sec, nanosec = split_stamp(time_ns)
         for offset in self._stamps_at:
             column(offset, "<u4", 2)[:] = (sec & 0xFFFFFFFF, nanosec)
-        column(self._id_at, "<i4", 1)[:, 0] = np.arange(total) - first
-        column(self._action_at, "<i4", 1)[first + count :] = _DELETE
-        column(self._action_at, "<i4", 1)[:first] = _DELETE_ALL
+        column(self._id_at, "<i4", 1)[:, 0] = np.arange(total)
+        column(self._action_at, "<i4", 1)[count:] = _DELETE
         ends = column(self._points_at, "<f8", 6)
-        ends[first : first + count, :3] = points
-        ends[first : first + count, 3:] = points + self._arrows.vectors(forces)
+        ends[:count, :3] = points
+        ends[:count, 3:] = points + self._arrows.vectors(forces)
         self._arrows_before = count
         return block
 

@@ -4,18 +4,21 @@
 
 namespace rb {
 
+void build_body(const std::vector<Body>& bodies, const BodyIndex& index, std::size_t k,
+                ContactProblem& out) {
+  const Body& body = bodies[index.rows[k]];
+  out.inv_mass[k] = body.inertia.inv_mass;
+  out.inv_inertia[k] = world_inverse_inertia(body.state.q, body.inertia);
+  out.velocity[k] << linear_velocity(body.state, body.inertia) - index.reference,
+      angular_velocity(body.state, body.inertia);
+}
+
 void build_bodies(const std::vector<Body>& bodies, const BodyIndex& index, ContactProblem& out) {
   const std::size_t n = index.rows.size();
   out.inv_mass.resize(n);
   out.inv_inertia.resize(n);
   out.velocity.resize(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    const Body& body = bodies[index.rows[k]];
-    out.inv_mass[k] = body.inertia.inv_mass;
-    out.inv_inertia[k] = world_inverse_inertia(body.state.q, body.inertia);
-    out.velocity[k] << linear_velocity(body.state, body.inertia) - index.reference,
-        angular_velocity(body.state, body.inertia);
-  }
+  for (std::size_t k = 0; k < n; ++k) build_body(bodies, index, k, out);
   out.contacts.clear();
 }
 

@@ -19,7 +19,10 @@ struct BodyIndex {
   Vec3 reference = Vec3::Zero();  // m/s
 };
 
-// Masses, world inverse inertias and velocities.
+// Masses, world inverse inertias and velocities; of all bodies, or of body k of lists that are long
+// enough.
+void build_body(const std::vector<Body>& bodies, const BodyIndex& index, std::size_t k,
+                ContactProblem& out);
 void build_bodies(const std::vector<Body>& bodies, const BodyIndex& index, ContactProblem& out);
 
 // Where a contact acts: its point and normal, and the centres of mass its arms start from.

@@ -32,18 +32,18 @@ struct Contact {
   std::int32_t body_b = -1;  // row; static and kinematic bodies are always B
   std::int32_t collider_a = -1;
   std::int32_t collider_b = -1;
+  ContactRole role = ContactRole::ACTIVE;
+  ContactState state = ContactState::RESTING;
+  double touch = 0.0;           // m, separation up to which it counts as touching
+  Material material;            // combined
   ContactPoint point;           // geometry at the end of the last step
   Vec3 local_a = Vec3::Zero();  // m, point on A in body coordinates: follows the body inside a step
   Vec3 local_b = Vec3::Zero();  // m, the same on B
-  Vec3 impulse = Vec3::Zero();  // N s on A over the last step, world axes
-  Vec3 moment_a = Vec3::Zero();  // N m s, angular impulse on A about its centre of mass, last step
-  Vec3 moment_b = Vec3::Zero();  // N m s, the same on B
-  ContactRole role = ContactRole::ACTIVE;
   Vec3 warm_force = Vec3::Zero();   // N, contact frame (n, t1, t2): what it carried last
   Vec3 warm_moment = Vec3::Zero();  // N m, contact frame: spinning, rolling
-  Material material;                // combined
-  double touch = 0.0;               // m, separation up to which it counts as touching
-  ContactState state = ContactState::RESTING;
+  Vec3 impulse = Vec3::Zero();      // N s on A over the last step, world axes
+  Vec3 moment_a = Vec3::Zero();  // N m s, angular impulse on A about its centre of mass, last step
+  Vec3 moment_b = Vec3::Zero();  // N m s, the same on B
 
   bool touching() const { return point.separation <= touch; }
   // Takes part in impacts, rest and position correction.

@@ -15,8 +15,11 @@ void Islands::build(const std::vector<std::uint8_t>& movable,
   const auto n = static_cast<std::int32_t>(movable.size());
   parent_.resize(n);
   for (std::int32_t i = 0; i < n; ++i) parent_[i] = i;
-  for (const auto& [a, b] : edges) {
-    if (!movable[a] || !movable[b]) continue;
+  std::pair<std::int32_t, std::int32_t> last{-1, -1};  // mostly there are several of a pair
+  for (const auto& edge : edges) {
+    const auto& [a, b] = edge;
+    if (edge == last || !movable[a] || !movable[b]) continue;
+    last = edge;
     const std::int32_t ra = find(a);
     const std::int32_t rb = find(b);
     // The lowest row is the root: the numbering does not depend on the order of the edges.
@@ -40,9 +43,20 @@ void Islands::build(const std::vector<std::uint8_t>& movable,
   const auto island_of = [&](const std::pair<std::int32_t, std::int32_t>& e) {
     return movable[e.first] ? label_[e.first] : label_[e.second];
   };
-  for (const auto& e : edges) {
-    if (island_of(e) >= 0) ++islands_[island_of(e)].edge_count;
-  }
+  // visit(first, end, island) of runs of equal edges that are of one.
+  const auto for_runs = [&](const auto& visit) {
+    const auto n = static_cast<std::int32_t>(edges.size());
+    for (std::int32_t k = 0; k < n;) {
+      const std::int32_t first = k;
+      while (++k < n && edges[k] == edges[first]) {
+      }
+      const std::int32_t label = island_of(edges[first]);
+      if (label >= 0) visit(first, k, label);
+    }
+  };
+  for_runs([&](std::int32_t first, std::int32_t end, std::int32_t label) {
+    islands_[label].edge_count += end - first;
+  });
   std::int32_t body_total = 0;
   std::int32_t edge_total = 0;
   for (Island& island : islands_) {
@@ -59,11 +73,11 @@ void Islands::build(const std::vector<std::uint8_t>& movable,
     const Island& island = islands_[label_[i]];
     bodies_[island.first_body + fill_[2 * label_[i]]++] = i;
   }
-  for (std::int32_t k = 0; k < static_cast<std::int32_t>(edges.size()); ++k) {
-    const std::int32_t label = island_of(edges[k]);
-    if (label < 0) continue;
-    edges_[islands_[label].first_edge + fill_[2 * label + 1]++] = k;
-  }
+  for_runs([&](std::int32_t first, std::int32_t end, std::int32_t label) {
+    std::int32_t at = islands_[label].first_edge + fill_[2 * label + 1];
+    for (std::int32_t k = first; k < end; ++k) edges_[at++] = k;
+    fill_[2 * label + 1] += end - first;
+  });
 }
 
 }  // namespace rb

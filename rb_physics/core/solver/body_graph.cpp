@@ -39,7 +39,7 @@ bool BodyGraph::analyze(const ContactProblem& problem, double max_work) {
     const int a = problem.contacts[i].a;
     const int b = problem.contacts[i].b;
     pairs_[i] = {a, b};
-    if (b < 0) continue;
+    if (b < 0 || (i > 0 && pairs_[i - 1] == pairs_[i])) continue;
     insert_sorted(neighbours_[a], b);
     insert_sorted(neighbours_[b], a);
   }

@@ -1,6 +1,7 @@
 #include "solver/contact_solver.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -36,6 +37,7 @@ struct Solve {
   double typical = 0.0;           // m/s, what the residual is relative to
   ContactResidual measured = {};  // by measure(), the last time
   bool swept = false;             // what sweeps need is there
+  bool may_release = true;        // some contact has two coefficients of friction
 
   bool out_of_work() {
     if (settings.max_work > 0 && work >= static_cast<double>(settings.max_work)) {
@@ -67,11 +69,18 @@ struct Solve {
 
   void start() {
     const std::size_t nc = problem.contacts.size();
-    friction_cones(problem, Friction::kStatic, ws.cones);
-    contact_scales(problem, ws.scales);
+    ws.cones.resize(nc);
     ws.kinetic.assign(nc, 0);
-    bool moments = false;
-    for (const FrictionCone& c : ws.cones) moments = moments || c.has_moment();
+    std::atomic<bool> moments = false, two_coefficients = false;
+    ws.wide.share_range(nc, 256, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const ContactConstraint& c = problem.contacts[i];
+        ws.cones[i] = friction_cone(problem, c, Friction::kStatic);
+        if (ws.cones[i].has_moment()) moments = true;
+        if (c.static_friction > c.friction) two_coefficients = true;
+      }
+    });
+    may_release = two_coefficients;
     if (io.impulse.size() != nc) {
       io.impulse.assign(nc, Vec3::Zero());
       io.moment.clear();
@@ -89,7 +98,7 @@ struct Solve {
   // Slips against a static coefficient: the kinetic one from now on. True if any changed.
   bool release_sliding(double typical_velocity) {
     bool changed = false;
-    for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    for (std::size_t i = 0; may_release && i < problem.contacts.size(); ++i) {
       const ContactConstraint& c = problem.contacts[i];
       if (ws.kinetic[i] || !(c.static_friction > c.friction)) continue;
       if (relative_velocity(c, ws.v).tail<2>().norm() > kStickSlip * typical_velocity) {
@@ -263,22 +272,20 @@ struct Solve {
       floor = r.floor;
       target = std::max(settings.tolerance, floor);
     };
-    ws.wide.together([&] {
-      ws.wide.load(problem, ws.cones);
-      ws.wide.set_impulses(io.impulse);
-      measure_wide();
-      report.start_residual = report.residual;
-      report.typical_velocity = r.typical_velocity;
-      for (int k = 1; k <= settings.max_sweeps && !out_of_work(); ++k) {
-        if (report.residual <= std::max(target, settings.enough)) break;
-        const bool last = k == settings.max_sweeps || k % look == 0;
-        ws.wide.accelerated_sweep(last);
-        ++report.sweeps;
-        work += static_cast<double>(problem.contacts.size());
-        if (last) measure_wide();
-      }
-      if (report.work_exhausted) measure_wide();
-    });
+    ws.wide.load(problem, ws.cones);
+    ws.wide.set_impulses(io.impulse);
+    measure_wide();
+    report.start_residual = report.residual;
+    report.typical_velocity = r.typical_velocity;
+    for (int k = 1; k <= settings.max_sweeps && !out_of_work(); ++k) {
+      if (report.residual <= std::max(target, settings.enough)) break;
+      const bool last = k == settings.max_sweeps || k % look == 0;
+      ws.wide.accelerated_sweep(last);
+      ++report.sweeps;
+      work += static_cast<double>(problem.contacts.size());
+      if (last) measure_wide();
+    }
+    if (report.work_exhausted) measure_wide();
     ws.wide.impulses(io.impulse);
     ws.wide.velocities(ws.v);
     if (!out_of_work() && release_sliding(r.typical_velocity)) return iterate();
@@ -359,7 +366,14 @@ struct Solve {
   void run() {
     start();
     const bool many = problem.contacts.size() > kMany && io.moment.empty();
-    if (many && !ws.space.prepare(problem, settings.max_factor_work)) return iterate();
+    if (many) {
+      bool direct = false;
+      ws.wide.begin_load(
+          problem, [&] { direct = ws.space.prepare(problem, settings.max_factor_work); });
+      if (!direct) return iterate();
+      ws.wide.forget();
+    }
+    contact_scales(problem, ws.scales);
     if (accept_warm_start()) {
       report.warm_accepted = true;
       return;

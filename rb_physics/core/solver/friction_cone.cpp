@@ -254,20 +254,24 @@ Reaction de_saxce(const FrictionCone& cone, const Reaction& slip) {
   return s;
 }
 
+FrictionCone friction_cone(const ContactProblem& problem, const ContactConstraint& c,
+                           Friction which) {
+  FrictionCone cone;
+  cone.slide = which == Friction::kStatic ? std::max(c.static_friction, c.friction) : c.friction;
+  if (!(c.spinning_friction > 0.0 || c.rolling_friction > 0.0)) return cone;
+  // Radius of gyration of A: a length of the body, so that the scaled problem has no units.
+  const double trace = problem.inv_inertia[c.a].trace();
+  if (!(trace > 0.0)) return cone;
+  cone.length = std::sqrt(3.0 * problem.inv_mass[c.a] / trace);
+  cone.spin = c.spinning_friction / cone.length;
+  cone.roll = c.rolling_friction / cone.length;
+  return cone;
+}
+
 void friction_cones(const ContactProblem& problem, Friction which, std::vector<FrictionCone>& out) {
-  out.resize(problem.contacts.size());
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const ContactConstraint& c = problem.contacts[i];
-    FrictionCone& cone = out[i];
-    cone = {};
-    cone.slide = which == Friction::kStatic ? std::max(c.static_friction, c.friction) : c.friction;
-    if (!(c.spinning_friction > 0.0 || c.rolling_friction > 0.0)) continue;
-    // Radius of gyration of A: a length of the body, so that the scaled problem has no units.
-    const double trace = problem.inv_inertia[c.a].trace();
-    if (!(trace > 0.0)) continue;
-    cone.length = std::sqrt(3.0 * problem.inv_mass[c.a] / trace);
-    cone.spin = c.spinning_friction / cone.length;
-    cone.roll = c.rolling_friction / cone.length;
+  out.clear();
+  for (const ContactConstraint& c : problem.contacts) {
+    out.push_back(friction_cone(problem, c, which));
   }
 }
 

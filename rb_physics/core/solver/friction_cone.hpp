@@ -57,6 +57,8 @@ Reaction de_saxce(const FrictionCone& cone, const Reaction& slip);
 
 // Cones of all contacts with the kinetic (or static) coefficient.
 enum class Friction { kKinetic, kStatic };
+FrictionCone friction_cone(const ContactProblem& problem, const ContactConstraint& contact,
+                           Friction which);
 void friction_cones(const ContactProblem& problem, Friction which, std::vector<FrictionCone>& out);
 
 }  // namespace rb

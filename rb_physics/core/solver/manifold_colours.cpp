@@ -6,24 +6,34 @@
 namespace rb {
 namespace {
 
+constexpr std::size_t kFewContacts = 256;  // are not worth another thread
+
 bool same_manifold(const ContactConstraint& x, const ContactConstraint& y) {
   return x.a == y.a && x.b == y.b && (x.frame.array() == y.frame.array()).all();
 }
 
 }  // namespace
 
-void ManifoldColours::build(const ContactProblem& problem) {
+void ManifoldColours::build(const ContactProblem& problem, Crew* crew) {
   const std::vector<ContactConstraint>& contacts = problem.contacts;
   const auto nc = static_cast<std::int32_t>(contacts.size());
   const auto nb = static_cast<std::int32_t>(problem.inv_mass.size());
+  head_.resize(contacts.size());
+  const auto find_heads = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      head_[i] = i == 0 || !same_manifold(contacts[i - 1], contacts[i]);
+    }
+  };
+  if (crew != nullptr) {
+    crew->share_range(contacts.size(), kFewContacts, find_heads);
+  } else {
+    find_heads(0, contacts.size());
+  }
   found_.clear();
   degree_.assign(nb, 0);
   for (std::int32_t i = 0; i < nc;) {
     PointRange m{i, 1, 0};
-    while (i + m.count < nc && m.count < kMostPoints &&
-           same_manifold(contacts[i], contacts[i + m.count])) {
-      ++m.count;
-    }
+    while (i + m.count < nc && m.count < kMostPoints && !head_[i + m.count]) ++m.count;
     ++degree_[contacts[i].a];
     if (contacts[i].b >= 0) ++degree_[contacts[i].b];
     found_.push_back(m);
@@ -51,9 +61,14 @@ void ManifoldColours::build(const ContactProblem& problem) {
     colours = std::max(colours, m.colour + 1);
   }
 
-  // By colour, more points first; stable.
-  constexpr int kinds = kMostPoints + 1;
-  const auto key = [](const PointRange& m) { return m.colour * kinds + kMostPoints - m.count; };
+  // By colour, region, more points first and in the next region last, so that neighbours in a group
+  // have about as many; stable.
+  constexpr int kinds = kRegions * (kMostPoints + 1);
+  const auto key = [&](const PointRange& m) {
+    const auto region = static_cast<int>(std::int64_t{kRegions} * contacts[m.first].a / nb);
+    return m.colour * kinds + region * (kMostPoints + 1) +
+           (region % 2 == 0 ? kMostPoints - m.count : m.count);
+  };
   word_.assign(static_cast<std::size_t>(colours) * kinds + 1, 0);
   for (const PointRange& m : found_) ++word_[key(m) + 1];
   for (std::size_t k = 1; k < word_.size(); ++k) word_[k] += word_[k - 1];

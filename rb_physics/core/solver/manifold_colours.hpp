@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact/problem.hpp"
+#include "math/crew.hpp"
 
 namespace rb {
 
@@ -19,11 +20,14 @@ struct PointRange {
 class ManifoldColours {
  public:
   static constexpr int kMostPoints = 8;  // longer runs are cut
+  static constexpr int kRegions = 8;     // of bodies, by their index: threads keep to one
 
-  void build(const ContactProblem& problem);
+  // By the crew's threads, if there are any.
+  void build(const ContactProblem& problem, Crew* crew);
 
   int colour_count() const { return static_cast<int>(begin_.size()) - 1; }
-  // By colour; within one, more points first, then in the order of contacts.
+  // By colour; within one by the region of A, then more points first, then in the order of
+  // contacts.
   const std::vector<PointRange>& manifolds() const { return sorted_; }
   // manifolds()[begin(c)] ... [begin(c + 1) - 1] have colour c.
   std::int32_t begin(int colour) const { return begin_[colour]; }
@@ -31,6 +35,7 @@ class ManifoldColours {
  private:
   std::vector<PointRange> found_, sorted_;
   std::vector<std::int32_t> begin_, degree_, word_;
+  std::vector<std::uint8_t> head_;    // of a contact: it is the first of a manifold
   std::vector<std::uint64_t> taken_;  // colours at each body, 64 a word
 };
 

@@ -14,6 +14,7 @@ struct SeparationReport {
   double left = 0.0;  // m, greatest gap that is still missing
 };
 
+// What `wide` has loaded must be the same problem but for the numbers below, or forgotten.
 // `problem`: velocity zero, coefficients zero, bias (s, 0, 0) in m. Ends when no gap is missing by
 // more than `slack`, or after `most_sweeps`.
 SeparationReport separate_bodies(const ContactProblem& problem, double slack, int most_sweeps,

@@ -10,9 +10,8 @@ namespace rb {
 namespace {
 
 constexpr int kLanes = wide::kLanes;
-// Pieces of work, the same for any number of threads: results of reductions depend on them.
-constexpr std::int32_t kGroupBlock = 4;
-constexpr std::size_t kArrayBlock = 4096;
+constexpr std::int32_t kFewGroups = 4;      // are not worth another thread
+constexpr std::size_t kFewContacts = 128;  // nor are these
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // Rows xx xy xz yy yz zz.
@@ -34,54 +33,90 @@ wide::View WideContacts::view() {
           impulse_.data(), velocity_.data(), free_.data()};
 }
 
+// Cuts the groups of every colour into as many parts of about the same count of slots as there are
+// threads. A part has about the same bodies in every colour.
+void WideContacts::cut_colours() {
+  parts_ = crew_ != nullptr ? crew_->threads() : 1;
+  cuts_.clear();
+  for (std::size_t c = 0; c + 1 < colour_begin_.size(); ++c) {
+    const std::int32_t first = colour_begin_[c], end = colour_begin_[c + 1];
+    const std::int32_t slots_begin = groups_[first].slot;
+    const std::int32_t slots = groups_[end - 1].slot + groups_[end - 1].slots - slots_begin;
+    std::int32_t g = first;
+    for (std::int64_t k = 0; k < parts_; ++k) {
+      while (g < end && (groups_[g].slot - slots_begin) * std::int64_t{parts_} < k * slots) ++g;
+      cuts_.push_back(g);
+    }
+    cuts_.push_back(end);
+  }
+}
+
 // call(begin, end) of groups: colour after colour, the groups of one shared.
 template <class Call>
 void WideContacts::for_colours(const Call& call) {
   for (std::size_t c = 0; c + 1 < colour_begin_.size(); ++c) {
-    const std::int32_t begin = colour_begin_[c];
-    const std::int32_t end = colour_begin_[c + 1];
-    crew_.share((end - begin + kGroupBlock - 1) / kGroupBlock, [&](std::int32_t k) {
-      call(begin + k * kGroupBlock, std::min(end, begin + (k + 1) * kGroupBlock));
-    });
+    const std::int32_t first = colour_begin_[c], end = colour_begin_[c + 1];
+    if (parts_ == 1 || end - first < kFewGroups) {
+      call(first, end);
+      continue;
+    }
+    const std::int32_t* cut = &cuts_[c * static_cast<std::size_t>(parts_ + 1)];
+    crew_->share(parts_, [&](int, std::int32_t k) { call(cut[k], cut[k + 1]); });
   }
 }
 
-// call(k, begin, end) of all groups, in blocks.
+// call(part, colour, begin, end) of all groups, which must not depend on each other. Results per
+// part may depend on the count of threads.
 template <class Call>
-void WideContacts::for_groups(const Call& call) {
-  constexpr std::int32_t block = 8 * kGroupBlock;
-  const auto n = static_cast<std::int32_t>(groups_.size());
-  crew_.share((n + block - 1) / block,
-              [&](std::int32_t k) { call(k, k * block, std::min(n, (k + 1) * block)); });
+void WideContacts::for_parts(const Call& call) {
+  const auto all_of = [&](std::int32_t k) {
+    for (std::size_t c = 0; c + 1 < colour_begin_.size(); ++c) {
+      const std::int32_t* cut = &cuts_[c * static_cast<std::size_t>(parts_ + 1)];
+      if (cut[k] < cut[k + 1]) call(k, c, cut[k], cut[k + 1]);
+    }
+  };
+  if (parts_ == 1) return all_of(0);
+  crew_->share(parts_, [&](int, std::int32_t k) { all_of(k); });
 }
 
-// call(k, begin, end) of an array of n numbers, in blocks.
-template <class Call>
-void WideContacts::for_blocks(std::size_t n, const Call& call) {
-  crew_.share(static_cast<std::int32_t>((n + kArrayBlock - 1) / kArrayBlock), [&](std::int32_t k) {
-    const auto begin = static_cast<std::size_t>(k) * kArrayBlock;
-    call(k, static_cast<std::int64_t>(begin),
-         static_cast<std::int64_t>(std::min(n, begin + kArrayBlock)));
-  });
+// Elements of `impulse_` that belong to these groups.
+std::pair<std::int64_t, std::int64_t> WideContacts::impulses_of(std::int32_t begin,
+                                                                std::int32_t end) const {
+  constexpr std::int64_t per_slot = 3 * kLanes;
+  const wide::Group& last = groups_[end - 1];
+  return {per_slot * groups_[begin].slot, per_slot * (last.slot + last.slots)};
 }
 
 void WideContacts::load(const ContactProblem& problem, const std::vector<FrictionCone>& cones) {
-  lay_out(problem, &cones);
+  if (!begun_) make_groups(problem, crew_);
+  begun_ = false;
+  frictionless_ =
+      std::all_of(cones.begin(), cones.end(), [](const auto& c) { return c.slide == 0.0; });
+  fill(problem, &cones, true);
 }
 
-void WideContacts::load_frictionless(const ContactProblem& problem) { lay_out(problem, nullptr); }
+void WideContacts::load_frictionless(const ContactProblem& problem) {
+  make_groups(problem, crew_);
+  frictionless_ = true;
+  fill(problem, nullptr, true);
+}
+
+void WideContacts::reload_frictionless(const ContactProblem& problem) {
+  frictionless_ = true;
+  fill(problem, nullptr, false);
+}
 
 void WideContacts::fill_group(const ContactProblem& problem, const std::vector<FrictionCone>* cones,
-                              int colour, std::int32_t group_index) {
+                              std::size_t colour, std::int32_t group_index) {
   const std::vector<PointRange>& manifolds = colours_.manifolds();
   wide::Group& group = groups_[group_index];
   double* rows = manifolds_.data() + kLanes * static_cast<std::size_t>(group.manifold);
   double* slots = points_.data() + static_cast<std::size_t>(group.slot) * wide::kSlotRows * kLanes;
   std::memset(rows, 0, sizeof(double) * wide::kManifoldRows * kLanes);
   std::memset(slots, 0, sizeof(double) * wide::kSlotRows * kLanes * group.slots);
-  const std::int32_t first =
-      colours_.begin(colour) + (group_index - colour_begin_[colour]) * kLanes;
-  const int lanes = std::min(kLanes, colours_.begin(colour + 1) - first);
+  const auto c = static_cast<int>(colour);
+  const std::int32_t first = colours_.begin(c) + (group_index - colour_begin_[colour]) * kLanes;
+  const int lanes = std::min(kLanes, colours_.begin(c + 1) - first);
   for (int lane = 0; lane < lanes; ++lane) {
     const PointRange& range = manifolds[first + lane];
     const ContactConstraint& head = problem.contacts[range.first];
@@ -111,9 +146,34 @@ void WideContacts::fill_group(const ContactProblem& problem, const std::vector<F
   }
 }
 
-void WideContacts::lay_out(const ContactProblem& problem, const std::vector<FrictionCone>* cones) {
+// What may have changed since the group was filled, and no friction.
+void WideContacts::refill_group(const ContactProblem& problem, std::size_t colour,
+                                std::int32_t group_index) {
+  const std::vector<PointRange>& manifolds = colours_.manifolds();
+  const wide::Group& group = groups_[group_index];
+  const auto c = static_cast<int>(colour);
+  const std::int32_t first = colours_.begin(c) + (group_index - colour_begin_[colour]) * kLanes;
+  const int lanes = std::min(kLanes, colours_.begin(c + 1) - first);
+  double* rows = manifolds_.data() + kLanes * static_cast<std::size_t>(group.manifold);
+  double* slots = points_.data() + static_cast<std::size_t>(group.slot) * wide::kSlotRows * kLanes;
+  for (int lane = 0; lane < lanes; ++lane) {
+    const PointRange& range = manifolds[first + lane];
+    double* m = rows + lane;
+    put_symmetric(m + kLanes * wide::kInertiaA, problem.inv_inertia[group.a[lane]]);
+    if (group.b[lane] != nobody_) {
+      put_symmetric(m + kLanes * wide::kInertiaB, problem.inv_inertia[group.b[lane]]);
+    }
+    for (std::int32_t j = 0; j < range.count; ++j) {
+      double* p = slots + j * wide::kSlotRows * kLanes + lane;
+      put_vector(p + kLanes * wide::kBias, problem.contacts[range.first + j].bias);
+      p[kLanes * wide::kFriction] = 0.0;
+    }
+  }
+}
+
+void WideContacts::make_groups(const ContactProblem& problem, Crew* crew) {
   kernel_ = &wide::chosen_kernel();
-  colours_.build(problem);
+  colours_.build(problem, crew);
   const std::vector<PointRange>& manifolds = colours_.manifolds();
   groups_.clear();
   colour_begin_.clear();
@@ -123,7 +183,9 @@ void WideContacts::lay_out(const ContactProblem& problem, const std::vector<Fric
     colour_begin_.push_back(static_cast<std::int32_t>(groups_.size()));
     for (std::int32_t k = colours_.begin(c); k < colours_.begin(c + 1); k += kLanes) {
       wide::Group group;
-      group.slots = manifolds[k].count;  // the first has most
+      group.slots = 0;
+      for (std::int32_t m = k; m < std::min(k + kLanes, colours_.begin(c + 1)); ++m)
+        group.slots = std::max(group.slots, manifolds[m].count);
       group.slot = slots;
       group.manifold = wide::kManifoldRows * static_cast<std::int32_t>(groups_.size());
       std::fill(group.a, group.a + kLanes, nobody_);
@@ -133,35 +195,34 @@ void WideContacts::lay_out(const ContactProblem& problem, const std::vector<Fric
     }
   }
   colour_begin_.push_back(static_cast<std::int32_t>(groups_.size()));
-
   manifolds_.resize(groups_.size() * wide::kManifoldRows * kLanes);
   points_.resize(static_cast<std::size_t>(slots) * wide::kSlotRows * kLanes);
   impulse_.resize(static_cast<std::size_t>(slots) * 3 * kLanes);
   velocity_.resize(8 * (problem.inv_mass.size() + 1));
   free_.resize(velocity_.size());
+  place_.resize(problem.contacts.size());
+  partial_.resize(groups_.size());
+  cut_colours();
+}
+
+void WideContacts::fill(const ContactProblem& problem, const std::vector<FrictionCone>* cones,
+                        bool anew) {
   set_zero(free_);
   for (std::size_t b = 0; b < problem.velocity.size(); ++b) {
     std::copy_n(problem.velocity[b].data(), 6, free_.data() + 8 * b);
   }
-  place_.resize(problem.contacts.size());
-  frictionless_ = cones == nullptr || std::all_of(cones->begin(), cones->end(),
-                                                  [](const auto& c) { return c.slide == 0.0; });
-  measured_.resize(groups_.size());
-  for_groups([&](std::int32_t k, std::int32_t begin, std::int32_t end) {
-    const auto after = std::upper_bound(colour_begin_.begin(), colour_begin_.end(), begin);
-    int colour = static_cast<int>(after - colour_begin_.begin()) - 1;
+  measured_.assign(parts_, wide::Measure{});
+  for_parts([&](std::int32_t part, std::size_t colour, std::int32_t begin, std::int32_t end) {
     for (std::int32_t g = begin; g < end; ++g) {
-      while (g >= colour_begin_[colour + 1]) ++colour;
-      fill_group(problem, cones, colour, g);
+      anew ? fill_group(problem, cones, colour, g) : refill_group(problem, colour, g);
     }
     kernel_->prepare(view(), begin, end);
-    kernel_->measure_free(view(), begin, end, 16.0 * kEpsilon / 1e-9, &measured_[k]);
+    wide::Measure m;
+    kernel_->measure_free(view(), begin, end, 16.0 * kEpsilon / 1e-9, &m);
+    measured_[part].typical = std::max(measured_[part].typical, m.typical);
   });
   typical_free_ = 0.0;
-  const auto blocks = (groups_.size() + 8 * kGroupBlock - 1) / (8 * kGroupBlock);
-  for (std::size_t k = 0; k < blocks; ++k) {
-    typical_free_ = std::max(typical_free_, measured_[k].typical);
-  }
+  for (const wide::Measure& m : measured_) typical_free_ = std::max(typical_free_, m.typical);
 }
 
 void WideContacts::start_acceleration() {
@@ -170,23 +231,29 @@ void WideContacts::start_acceleration() {
   last_velocity_.resize(velocity_.size());
   direction_.resize(impulse_.size());
   velocity_direction_.resize(velocity_.size());
-  std::copy_n(impulse_.data(), impulse_.size(), last_impulse_.data());
   std::copy_n(velocity_.data(), velocity_.size(), last_velocity_.data());
-  set_zero(direction_);
   set_zero(velocity_direction_);
+  for_parts([&](std::int32_t, std::size_t, std::int32_t begin, std::int32_t end) {
+    const auto [first, last] = impulses_of(begin, end);
+    std::copy(impulse_.data() + first, impulse_.data() + last, last_impulse_.data() + first);
+    std::fill(direction_.data() + first, direction_.data() + last, 0.0);
+  });
 }
 
 void WideContacts::clear_impulses() {
-  set_zero(impulse_);
+  for_parts([&](std::int32_t, std::size_t, std::int32_t begin, std::int32_t end) {
+    const auto [first, last] = impulses_of(begin, end);
+    std::fill(impulse_.data() + first, impulse_.data() + last, 0.0);
+  });
   std::copy_n(free_.data(), free_.size(), velocity_.data());
   start_acceleration();
 }
 
 void WideContacts::set_impulses(const std::vector<Vec3>& impulse) {
   set_zero(impulse_);
-  for (std::size_t i = 0; i < impulse.size(); ++i) {
-    put_vector(impulse_.data() + place_[i], impulse[i]);
-  }
+  share_range(impulse.size(), kFewContacts, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) put_vector(impulse_.data() + place_[i], impulse[i]);
+  });
   std::copy_n(free_.data(), free_.size(), velocity_.data());
   const wide::View s = view();
   for_colours([&](std::int32_t begin, std::int32_t end) { kernel_->apply(s, begin, end); });
@@ -195,10 +262,12 @@ void WideContacts::set_impulses(const std::vector<Vec3>& impulse) {
 
 void WideContacts::impulses(std::vector<Vec3>& impulse) const {
   impulse.resize(place_.size());
-  for (std::size_t i = 0; i < place_.size(); ++i) {
-    const double* p = impulse_.data() + place_[i];
-    impulse[i] = Vec3(p[0], p[kLanes], p[2 * kLanes]);
-  }
+  share_range(place_.size(), kFewContacts, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const double* p = impulse_.data() + place_[i];
+      impulse[i] = Vec3(p[0], p[kLanes], p[2 * kLanes]);
+    }
+  });
 }
 
 void WideContacts::velocities(std::vector<Vec6>& v) const {
@@ -208,18 +277,15 @@ void WideContacts::velocities(std::vector<Vec6>& v) const {
   }
 }
 
-void WideContacts::sweep() {
-  const wide::View s = view();
-  const auto call = frictionless_ ? kernel_->sweep_frictionless : kernel_->sweep;
-  for_colours([&](std::int32_t begin, std::int32_t end) { call(s, begin, end); });
-}
-
 void WideContacts::accelerated_sweep(bool restart) {
-  const std::size_t n = impulse_.size();
-  sweep();
-  partial_.resize((n + kArrayBlock - 1) / kArrayBlock);
-  for_blocks(n, [&](std::int32_t k, std::int64_t begin, std::int64_t end) {
-    partial_[k] = kernel_->difference_sq(impulse_.data(), last_impulse_.data(), begin, end);
+  const wide::View s = view();
+  const auto sweep = frictionless_ ? kernel_->sweep_frictionless : kernel_->sweep;
+  for_colours([&](std::int32_t begin, std::int32_t end) {
+    sweep(s, begin, end);
+    for (std::int32_t g = begin; g < end; ++g) {
+      const auto [first, last] = impulses_of(g, g + 1);
+      partial_[g] = kernel_->difference_sq(impulse_.data(), last_impulse_.data(), first, last);
+    }
   });
   double sq = 0.0;
   for (const double part : partial_) sq += part;
@@ -230,29 +296,36 @@ void WideContacts::accelerated_sweep(bool restart) {
     if (restart && beta < 1.0) last_sq_ = sq;
     return;
   }
-  for_blocks(n, [&](std::int32_t, std::int64_t begin, std::int64_t end) {
-    kernel_->extrapolate(impulse_.data(), last_impulse_.data(), direction_.data(), beta, begin,
-                         end);
+  for_parts([&](std::int32_t, std::size_t, std::int32_t begin, std::int32_t end) {
+    const auto [first, last] = impulses_of(begin, end);
+    kernel_->extrapolate(impulse_.data(), last_impulse_.data(), direction_.data(), beta, first,
+                         last);
   });
-  kernel_->extrapolate(velocity_.data(), last_velocity_.data(), velocity_direction_.data(), beta, 0,
-                       static_cast<std::int64_t>(velocity_.size()));
+  share_range(velocity_.size() / 8, kFewContacts, [&](std::size_t begin, std::size_t end) {
+    kernel_->extrapolate(velocity_.data(), last_velocity_.data(), velocity_direction_.data(), beta,
+                         8 * static_cast<std::int64_t>(begin), 8 * static_cast<std::int64_t>(end));
+  });
 }
 
 WideResidual WideContacts::measure() {
   const wide::View s = view();
-  for_groups([&](std::int32_t k, std::int32_t begin, std::int32_t end) {
-    kernel_->measure(s, begin, end, &measured_[k]);
+  measured_.assign(parts_, wide::Measure{});
+  const auto add = [](wide::Measure& sum, const wide::Measure& m) {
+    if (!(m.worst <= sum.worst)) sum.worst = m.worst;  // keeps NaN
+    sum.typical = std::max(sum.typical, m.typical);
+    sum.operand = std::max(sum.operand, m.operand);
+  };
+  for_parts([&](std::int32_t part, std::size_t, std::int32_t begin, std::int32_t end) {
+    wide::Measure m;
+    kernel_->measure(s, begin, end, &m);
+    add(measured_[part], m);
   });
+  wide::Measure all{};
+  for (const wide::Measure& m : measured_) add(all, m);
   WideResidual r;
-  r.typical_velocity = typical_free_;
-  double operand = 0.0;
-  const auto blocks = (groups_.size() + 8 * kGroupBlock - 1) / (8 * kGroupBlock);
-  for (std::size_t k = 0; k < blocks; ++k) {
-    const wide::Measure& m = measured_[k];
-    if (!(m.worst <= r.absolute)) r.absolute = m.worst;  // keeps NaN
-    r.typical_velocity = std::max(r.typical_velocity, m.typical);
-    operand = std::max(operand, m.operand);
-  }
+  r.absolute = all.worst;
+  r.typical_velocity = std::max(typical_free_, all.typical);
+  const double operand = all.operand;
   if (r.absolute != 0.0) {
     r.natural_map = r.typical_velocity > 0.0 ? r.absolute / r.typical_velocity
                                              : std::numeric_limits<double>::infinity();

@@ -2,6 +2,7 @@
 // Contacts without rolling and spinning friction only.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "contact/problem.hpp"
@@ -23,22 +24,32 @@ struct WideResidual {
 class WideContacts {
  public:
   // Threads that share the work from now on; null: none but the caller's.
-  void use(Workers* workers) { workers_ = workers; }
-  // Calls lead(), within which everything below is shared among the threads.
-  template <class Lead>
-  void together(const Lead& lead) {
-    crew_.run(workers_, lead);
-  }
-
-  // Within together(): piece(k) for every k in [0, n).
+  void use(Crew* crew) { crew_ = crew; }
+  // Of what else there is to do for a problem, too: see Crew::share_range.
   template <class Piece>
-  void share(std::int32_t n, const Piece& piece) {
-    crew_.share(n, piece);
+  void share_range(std::size_t n, std::size_t least, const Piece& piece) const {
+    if (crew_ != nullptr) return crew_->share_range(n, least, piece);
+    if (n > 0) piece(std::size_t{0}, n);
   }
 
   // Lays the problem out, with the coefficients of `cones` or none.
   void load(const ContactProblem& problem, const std::vector<FrictionCone>& cones);
+  // Its first part alone, which needs no cones. While another thread does it, this one calls
+  // `other`; without another one nothing is done, and `load` will.
+  template <class Other>
+  void begin_load(const ContactProblem& problem, const Other& other) {
+    if (crew_ == nullptr || !crew_->helped()) return other();
+    crew_->share(2, [&](int, std::int32_t k) { k == 0 ? other() : make_groups(problem, nullptr); });
+    begun_ = true;
+  }
   void load_frictionless(const ContactProblem& problem);
+  // The problem that was loaded last, with other biases, inertias and velocities only.
+  void reload_frictionless(const ContactProblem& problem);
+  void forget() {
+    groups_.clear();
+    begun_ = false;
+  }
+  bool loaded() const { return !groups_.empty(); }
 
   // And the velocities they make.
   void set_impulses(const std::vector<Vec3>& impulse);
@@ -46,7 +57,6 @@ class WideContacts {
   void impulses(std::vector<Vec3>& impulse) const;
   void velocities(std::vector<Vec6>& v) const;
 
-  void sweep();
   WideResidual measure();
   // One sweep and a step of the nonsmooth nonlinear conjugate gradient method; `restart` leaves it
   // a plain sweep.
@@ -55,30 +65,36 @@ class WideContacts {
  private:
   wide::View view();
   void lay_out(const ContactProblem& problem, const std::vector<FrictionCone>* cones);
-  void fill_group(const ContactProblem& problem, const std::vector<FrictionCone>* cones, int colour,
-                  std::int32_t group);
+  void cut_colours();
+  void make_groups(const ContactProblem& problem, Crew* crew);
+  void fill(const ContactProblem& problem, const std::vector<FrictionCone>* cones, bool anew);
+  void fill_group(const ContactProblem& problem, const std::vector<FrictionCone>* cones,
+                  std::size_t colour, std::int32_t group);
+  void refill_group(const ContactProblem& problem, std::size_t colour, std::int32_t group);
+  void set_free(const ContactProblem& problem);
   void start_acceleration();
   template <class Call>
   void for_colours(const Call& call);
   template <class Call>
-  void for_groups(const Call& call);
-  template <class Call>
-  void for_blocks(std::size_t n, const Call& call);
+  void for_parts(const Call& call);
+  std::pair<std::int64_t, std::int64_t> impulses_of(std::int32_t begin, std::int32_t end) const;
 
-  Workers* workers_ = nullptr;
-  Crew crew_;
+  Crew* crew_ = nullptr;
   const wide::Kernel* kernel_ = nullptr;
   ManifoldColours colours_;
   std::vector<wide::Group> groups_;
   std::vector<std::int32_t> colour_begin_;  // groups of each colour
+  std::int32_t parts_ = 1;                  // of every colour
+  std::vector<std::int32_t> cuts_;          // of each colour: parts_ + 1 groups where parts begin
   std::vector<std::int32_t> place_;         // of a contact: its first double in `impulse_`
   std::int32_t nobody_ = 0;
+  bool begun_ = false;  // groups are those of the problem to be loaded
   bool frictionless_ = false;
   double typical_free_ = 0.0;  // m/s
   WideArray manifolds_, points_, impulse_, velocity_, free_;
   WideArray last_impulse_, last_velocity_, direction_, velocity_direction_;
-  std::vector<double> partial_;
-  std::vector<wide::Measure> measured_;
+  std::vector<double> partial_;          // per group
+  std::vector<wide::Measure> measured_;  // per part
   double last_sq_ = 0.0;
 };
 

@@ -345,13 +345,15 @@ void IslandAdvance::mark() {
 }
 
 void IslandAdvance::move(double tau) {
+  for (std::size_t k = 0; k < rows_.size(); ++k) move_body(k, tau);
+}
+
+void IslandAdvance::move_body(std::size_t k, double tau) {
   const bool rk4 = world_.settings.free_motion == FreeMotion::RK4;
-  for (std::size_t k = 0; k < rows_.size(); ++k) {
-    Body& body = world_.bodies[rows_[k]];
-    body.state = rk4 ? rk4_step(start_[k], body.inertia, total_[k], tau)
-                     : move_free(start_[k], body.inertia, total_[k], tau);
-    if (!shift_.empty()) shift_body(body, shift_[k]);
-  }
+  Body& body = world_.bodies[rows_[k]];
+  body.state = rk4 ? rk4_step(start_[k], body.inertia, total_[k], tau)
+                   : move_free(start_[k], body.inertia, total_[k], tau);
+  if (!shift_.empty()) shift_body(body, shift_[k]);
 }
 
 void IslandAdvance::find_again() {

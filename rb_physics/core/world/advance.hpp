@@ -44,7 +44,11 @@ class IslandAdvance {
 
  private:
   void run_in_one_solve(double h);  // world/one_solve.cpp
-  bool rebounds() const;
+  struct Materials {
+    bool rebound;  // something that touches may bounce off: only then is an impact law applied
+    bool moments;  // there is rolling or spinning friction
+  };
+  Materials look_at_materials() const;
   void solve_at_once(double h);
   void hold(double h);
   void close_gaps(double h);
@@ -67,6 +71,7 @@ class IslandAdvance {
   void book();
   // Moves every body under `total_`, from the states saved by `mark`.
   void move(double tau);
+  void move_body(std::size_t k, double tau);
   void mark();
   // Earliest time in (0, tau) at which a contact that does not touch yet closes, else tau.
   double next_contact_time(double tau);

@@ -1,5 +1,6 @@
 // Cuts the world into islands and moves each; bodies that can meet nobody fly freely.
 #include <algorithm>
+#include <atomic>
 #include <compare>
 #include <memory>
 #include <utility>
@@ -17,12 +18,26 @@ namespace rb {
 bool needs_detection(const World& world) { return world.geometry_dirty || travel_grew(world); }
 
 void build_islands(World& world) {
-  std::erase_if(world.contacts, [](const Contact& c) { return c.role == ContactRole::GHOST; });
   StepWorkspace& work = world.work;
+  std::vector<Contact>& contacts = world.contacts;
+  const auto is_ghost = [](const Contact& c) { return c.role == ContactRole::GHOST; };
+  if (any_contact(world, is_ghost)) std::erase_if(contacts, is_ghost);
+  work.edges.resize(contacts.size());
+  world.known_pairs.resize(contacts.size());
+  std::atomic<bool> all_active = true;
+  work.crew.share_range(contacts.size(), 512, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Contact& c = contacts[i];
+      work.edges[i] = {c.body_a, c.body_b};
+      world.known_pairs[i] = {c.collider_a, c.collider_b};
+      if (!c.active()) all_active = false;
+    }
+  });
+  work.all_active = all_active;
+  world.known_pairs.erase(std::unique(world.known_pairs.begin(), world.known_pairs.end()),
+                          world.known_pairs.end());
   work.movable.clear();
   for (const Body& body : world.bodies) work.movable.push_back(body.is_dynamic());
-  work.edges.clear();
-  for (const Contact& c : world.contacts) work.edges.emplace_back(c.body_a, c.body_b);
   world.islands.build(work.movable, work.edges);
   work.index_of.assign(world.bodies.size(), -1);
   wake_islands(world);
@@ -45,16 +60,11 @@ void add_stats(Stats& sum, const Stats& more) {
 // and is never found again on the way.
 bool is_all_there_is(const World& world, std::span<const std::int32_t> edges) {
   return world.settings.stepper == Stepper::FIXED && is_large_island(edges.size()) &&
-         edges.size() == world.contacts.size() &&
-         std::all_of(world.contacts.begin(), world.contacts.end(),
-                     [](const Contact& c) { return c.active(); });
+         edges.size() == world.contacts.size() && world.work.all_active;
 }
 
-void advance_island(World& world, const Island& island, IslandWorkspace& work) {
-  if (sleeps(world, island)) return;
-  IslandAdvance advance(world, world.islands.bodies(island), work);
-  const auto edges = world.islands.edges(island);
-  const bool all = is_all_there_is(world, edges);
+void list_contacts(const World& world, std::span<const std::int32_t> edges,
+                   IslandAdvance& advance) {
   for (const std::int32_t i : edges) {
     const Contact& c = world.contacts[i];
     if (advance.pairs.empty() || advance.pairs.back().a != c.collider_a ||
@@ -62,12 +72,24 @@ void advance_island(World& world, const Island& island, IslandWorkspace& work) {
       advance.pairs.push_back({c.collider_a, c.collider_b});
     }
     if (c.active()) {
-      if (!all) advance.contacts.push_back(c);
+      advance.contacts.push_back(c);
     } else if (c.role == ContactRole::COVERED) {
       advance.covered.push_back({c.collider_a, c.collider_b});
     }
   }
-  if (all) advance.contacts.swap(world.contacts);
+}
+
+void advance_island(World& world, const Island& island, IslandWorkspace& work) {
+  if (sleeps(world, island)) return;
+  IslandAdvance advance(world, world.islands.bodies(island), work);
+  const auto edges = world.islands.edges(island);
+  const bool all = is_all_there_is(world, edges);
+  if (all) {
+    advance.contacts.swap(world.contacts);
+    for (const auto& [a, b] : world.known_pairs) advance.pairs.push_back({a, b});
+  } else {
+    list_contacts(world, edges, advance);
+  }
   if (!edges.empty()) advance.stats.islands = 1;
   {
     const IterationCapCounter caps(advance.stats.queries_capped);
@@ -107,10 +129,11 @@ void advance_in_parallel(World& world) {
       work.alone.push_back(static_cast<std::int32_t>(k));
   }
   const std::size_t block = std::max<std::size_t>(1, islands.size() / (16 * work.threads.size()));
-  Workers& workers = workers_of(world);
-  workers.run((islands.size() + block - 1) / block, [&](int worker, std::size_t b) {
-    const std::size_t end = std::min(islands.size(), (b + 1) * block);
-    for (std::size_t k = b * block; k < end; ++k) {
+  const auto blocks = static_cast<std::int32_t>((islands.size() + block - 1) / block);
+  work.crew.share(blocks, [&](int worker, std::int32_t b) {
+    const std::size_t first = static_cast<std::size_t>(b) * block;
+    const std::size_t end = std::min(islands.size(), first + block);
+    for (std::size_t k = first; k < end; ++k) {
       const auto number = static_cast<std::int32_t>(k);
       if (std::binary_search(work.alone.begin(), work.alone.end(), number)) continue;
       advance_island(world, islands[k], work.threads[worker]);
@@ -166,9 +189,7 @@ Workers& workers_of(World& world) {
 }
 
 void advance_islands(World& world) {
-  constexpr std::size_t worth_sharing = 64;  // contact points: below, waking a thread costs more
   StepWorkspace& work = world.work;
-  if (world.settings.threads > 1) workers_of(world);  // their scratch memory does not move later
   for (IslandWorkspace& thread : work.threads) {
     thread.replaced.clear();
     thread.any_replaced = false;
@@ -176,7 +197,7 @@ void advance_islands(World& world) {
   }
   work.replaced.assign(world.contacts.size(), 0);
   const std::vector<Island>& islands = world.islands.all();
-  if (world.settings.threads > 1 && islands.size() > 1 && world.contacts.size() >= worth_sharing) {
+  if (work.crew.helped() && islands.size() > 1) {
     advance_in_parallel(world);
   } else {
     for (const Island& island : islands) advance_island(world, island, work.threads[0]);

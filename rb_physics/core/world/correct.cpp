@@ -99,8 +99,10 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   }
   if (is_large_island(problem.contacts.size())) {
     constexpr int most_sweeps = 40;
-    work.solver.wide.use(world.settings.threads > 1 ? &workers_of(world) : nullptr);
+    work.solver.wide.use(&world.work.crew);
+    work.solver.wide.forget();
     separate_bodies(problem, 0.01 * deepest, most_sweeps, work.solver.wide, work.velocity_before);
+    work.solver.wide.use(nullptr);
     for (std::size_t k = 0; k < rows.size(); ++k) {
       shift_body(world.bodies[rows[k]], work.velocity_before[k]);
     }
@@ -126,16 +128,19 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
 
 void correct_positions(World& world) {
   for (int pass = 0; pass < passes; ++pass) {
-    if (std::none_of(world.contacts.begin(), world.contacts.end(), [&](const Contact& c) {
-          return overlaps(c, slack) && !at_rest(world, c.body_a, c.body_b);
-        }))
-      return;
+    const bool open = any_contact(world, [&](const Contact& c) {
+      return overlaps(c, slack) && !at_rest(world, c.body_a, c.body_b);
+    });
+    if (!open) return;
     std::vector<std::uint8_t>& movable = world.work.movable;
     auto& edges = world.work.edges;
     movable.clear();
     for (const Body& body : world.bodies) movable.push_back(body.is_dynamic());
-    edges.clear();
-    for (const Contact& c : world.contacts) edges.emplace_back(c.body_a, c.body_b);
+    edges.resize(world.contacts.size());
+    world.work.crew.share_range(edges.size(), 512, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        edges[i] = {world.contacts[i].body_a, world.contacts[i].body_b};
+    });
     world.islands.build(movable, edges);
     bool any = false;
     for (const Island& island : world.islands.all()) {

@@ -19,6 +19,13 @@
 namespace rb {
 namespace {
 
+constexpr std::size_t kFewBodies = 64;  // not worth another thread
+constexpr std::size_t kFewContacts = 256;
+
+using ColliderKey = std::pair<std::int32_t, std::int32_t>;
+
+ColliderKey key_of(const Contact& c) { return {c.collider_a, c.collider_b}; }
+
 // m a body's surface may move in one step on top of its linear velocity: acceleration and rotation.
 double travel_of(const World& world, std::int32_t row, double slack) {
   const Body& body = world.bodies[row];
@@ -35,12 +42,28 @@ double travel_of(const World& world, std::int32_t row, double slack) {
 
 void move_proxies(World& world) {
   const double h = world.settings.dt;
+  std::vector<Aabb>& boxes = world.work.boxes;
+  boxes.resize(world.colliders.size());
+  const auto stays = [&](const Collider& c) {
+    return world.bodies[c.body].type == BodyType::STATIC && !world.geometry_dirty;
+  };
+  world.work.crew.share_range(boxes.size(), kFewBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const Collider& c = world.colliders[k];
+      if (stays(c) || std::holds_alternative<HalfSpace>(c.shape)) continue;
+      boxes[k] = bounding_box(c.shape, world.bodies[c.body].pose() * c.local);
+      const double room =
+          world.travel[c.body] + world.settings.contact_margin + 2.0 * touch_distance(c.size);
+      boxes[k].lower.array() -= room;
+      boxes[k].upper.array() += room;
+    }
+  });
   for (std::size_t k = 0; k < world.colliders.size(); ++k) {
     const Collider& c = world.colliders[k];
     const Body& body = world.bodies[c.body];
-    if (body.type == BodyType::STATIC && !world.geometry_dirty) continue;
-    const Pose pose = body.pose() * c.local;
+    if (stays(c)) continue;
     if (const auto* plane = std::get_if<HalfSpace>(&c.shape)) {
+      const Pose pose = body.pose() * c.local;
       const Vec3 n = pose.rotate(plane->normal);
       // A plane that turns may reach any body; pair_margin says which it can.
       const double sweep = body.angular_velocity().isZero(0.0)
@@ -50,12 +73,7 @@ void move_proxies(World& world) {
                                         plane->offset + n.dot(pose.position) + sweep);
       continue;
     }
-    Aabb box = bounding_box(c.shape, pose);
-    const double room =
-        world.travel[c.body] + world.settings.contact_margin + 2.0 * touch_distance(c.size);
-    box.lower.array() -= room;
-    box.upper.array() += room;
-    world.broad_phase.move(static_cast<int>(k), box, h * body.linear_velocity());
+    world.broad_phase.move(static_cast<int>(k), boxes[k], h * body.linear_velocity());
   }
 }
 
@@ -115,18 +133,17 @@ void append_contacts(const World& world, const ColliderPair& pair, double margin
   }
 }
 
-void carry_over(const std::vector<Contact>& old, std::vector<Contact>& fresh,
+void carry_over(std::span<const Contact> old, std::span<Contact> fresh,
                 std::vector<Contact>* departed) {
   // Both lists are ordered by pair; within a pair features are matched by id.
-  const auto key = [](const Contact& c) { return std::pair(c.collider_a, c.collider_b); };
   std::size_t i = 0;
   std::size_t j = 0;
   while (i < old.size()) {
-    while (j < fresh.size() && key(fresh[j]) < key(old[i])) ++j;
+    while (j < fresh.size() && key_of(fresh[j]) < key_of(old[i])) ++j;
     std::size_t end = j;
-    while (end < fresh.size() && key(fresh[end]) == key(old[i])) ++end;
-    const auto pair_key = key(old[i]);
-    for (; i < old.size() && key(old[i]) == pair_key; ++i) {
+    while (end < fresh.size() && key_of(fresh[end]) == key_of(old[i])) ++end;
+    const auto pair_key = key_of(old[i]);
+    for (; i < old.size() && key_of(old[i]) == pair_key; ++i) {
       bool matched = false;
       for (std::size_t k = j; k < end && !matched; ++k) {
         Contact& c = fresh[k];
@@ -157,22 +174,39 @@ void follow_bodies(const World& world, Contact& c) {
   c.point.separation = c.point.normal.dot(c.point.point_a - c.point.point_b);
 }
 
+namespace {
+
+// The pairs of the broad phase in the order of (A, B). They come in that of (lower, higher): put
+// with their A, one after the other, they are sorted.
+void sort_pairs(World& world) {
+  const auto& found = world.broad_phase.update_pairs();
+  std::vector<std::int32_t>& next = world.work.next_pair;
+  next.assign(world.colliders.size() + 1, 0);
+  const auto ordered = [&](ColliderPair& pair) { return order_pair(world, pair.a, pair.b); };
+  for (const auto& [i, j] : found) {
+    ColliderPair pair{i, j};
+    if (ordered(pair)) ++next[pair.a + 1];
+  }
+  for (std::size_t k = 1; k < next.size(); ++k) next[k] += next[k - 1];
+  world.pairs.resize(next.back());
+  for (const auto& [i, j] : found) {
+    ColliderPair pair{i, j};
+    if (ordered(pair)) world.pairs[next[pair.a]++] = pair;
+  }
+}
+
+}  // namespace
+
 void find_pairs(World& world) {
   constexpr double slack =
       1.5;  // room for wrenches that change before the next step: no second search
-  for (std::size_t row = 0; row < world.bodies.size(); ++row) {
-    world.travel[row] = travel_of(world, static_cast<std::int32_t>(row), slack);
-  }
+  world.work.crew.share_range(
+      world.bodies.size(), kFewBodies, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t row = begin; row < end; ++row)
+          world.travel[row] = travel_of(world, static_cast<std::int32_t>(row), slack);
+      });
   move_proxies(world);
-  world.pairs.clear();
-  for (const auto& [i, j] : world.broad_phase.update_pairs()) {
-    ColliderPair pair{i, j};
-    if (order_pair(world, pair.a, pair.b)) world.pairs.push_back(pair);
-  }
-  std::sort(world.pairs.begin(), world.pairs.end(),
-            [](const ColliderPair& x, const ColliderPair& y) {
-              return std::pair(x.a, x.b) < std::pair(y.a, y.b);
-            });
+  sort_pairs(world);
   world.stats.pairs = static_cast<int>(world.pairs.size());
 }
 
@@ -203,29 +237,78 @@ void append_pairs(const World& world, std::size_t first, std::size_t last, Conta
   }
 }
 
-// Narrow phase of all pairs, blocks of them shared out when there are threads.
-void find_all_contacts(World& world, std::vector<Contact>& out) {
+// Contacts of the world that belong to pairs from `first` on.
+std::size_t place_of_pair(const World& world, const ColliderPair& first) {
+  const auto before = [](const Contact& c, const ColliderPair& p) {
+    return key_of(c) < ColliderKey(p.a, p.b);
+  };
+  return static_cast<std::size_t>(
+      std::lower_bound(world.contacts.begin(), world.contacts.end(), first, before) -
+      world.contacts.begin());
+}
+
+// Narrow phase of all pairs, with what their features carried before; blocks of pairs are shared.
+void find_all_contacts(World& world, std::vector<Contact>& fresh, std::vector<Contact>& departed) {
   constexpr std::size_t block = 32;
-  constexpr std::size_t worth_sharing = 128;  // pairs: below, waking a thread costs more
   const std::size_t count = world.pairs.size();
-  if (world.settings.threads == 1 || count < worth_sharing) {
+  StepWorkspace& work = world.work;
+  if (!work.crew.helped() || count <= block) {
     const IterationCapCounter caps(world.stats.queries_capped);
-    append_pairs(world, 0, count, world.work.threads[0].points, out);
+    fresh.clear();
+    append_pairs(world, 0, count, work.threads[0].points, fresh);
+    carry_over(world.contacts, fresh, &departed);
     return;
   }
-  StepWorkspace& work = world.work;
-  const std::size_t blocks = (count + block - 1) / block;
-  if (work.found.size() < blocks) work.found.resize(blocks);
-  std::vector<int> capped(work.threads.size(), 0);
-  workers_of(world).run(blocks, [&](int worker, std::size_t b) {
+  const auto blocks = static_cast<std::int32_t>((count + block - 1) / block);
+  if (work.found.size() < static_cast<std::size_t>(blocks)) work.found.resize(blocks);
+  static thread_local std::vector<int> met_caps;
+  met_caps.assign(work.threads.size(), 0);
+  std::vector<int>& capped = met_caps;  // of this thread
+  const auto old_begin = [&](std::size_t pair) {
+    return pair == 0       ? 0
+           : pair >= count ? world.contacts.size()
+                           : place_of_pair(world, world.pairs[pair]);
+  };
+  work.crew.share(blocks, [&](int worker, std::int32_t b) {
     const IterationCapCounter caps(capped[worker]);
-    work.found[b].clear();
-    append_pairs(world, b * block, std::min(count, (b + 1) * block), work.threads[worker].points,
-                 work.found[b]);
+    const std::size_t first = static_cast<std::size_t>(b) * block;
+    const std::size_t last = std::min(count, first + block);
+    FoundContacts& found = work.found[b];
+    found.contacts.clear();
+    found.departed.clear();
+    append_pairs(world, first, last, work.threads[worker].points, found.contacts);
+    const std::size_t old = old_begin(first);
+    carry_over(std::span(world.contacts).subspan(old, old_begin(last) - old), found.contacts,
+               &found.departed);
   });
-  for (std::size_t b = 0; b < blocks; ++b)
-    out.insert(out.end(), work.found[b].begin(), work.found[b].end());
   for (const int met : capped) world.stats.queries_capped += met;
+  std::size_t total = 0;
+  for (std::int32_t b = 0; b < blocks; ++b) {
+    work.found[b].first = total;
+    total += work.found[b].contacts.size();
+    departed.insert(departed.end(), work.found[b].departed.begin(), work.found[b].departed.end());
+  }
+  fresh.resize(total);
+  work.crew.share(blocks, [&](int, std::int32_t b) {
+    const FoundContacts& found = work.found[b];
+    std::copy(found.contacts.begin(), found.contacts.end(),
+              fresh.begin() + static_cast<std::ptrdiff_t>(found.first));
+  });
+}
+
+// Seams lie between the contacts of one collider A.
+void cover_all_seams(World& world, std::vector<Contact>& contacts) {
+  const auto start_of_a = [&](std::size_t i) {
+    while (i > 0 && i < contacts.size() && contacts[i].collider_a == contacts[i - 1].collider_a)
+      ++i;
+    return i;
+  };
+  world.work.crew.share_range(
+      contacts.size(), kFewContacts, [&](std::size_t begin, std::size_t end) {
+        const std::size_t first = start_of_a(begin);
+        const std::size_t last = start_of_a(end);
+        if (first < last) cover_seams(world, std::span(contacts).subspan(first, last - first));
+      });
 }
 
 }  // namespace
@@ -234,21 +317,17 @@ void detect_contacts(World& world) {
   find_pairs(world);
   std::vector<Contact>& fresh = world.work.fresh;
   std::vector<Contact>& departed = world.work.departed;
-  fresh.clear();
   departed.clear();
-  find_all_contacts(world, fresh);
-  cover_seams(world, fresh);
-  carry_over(world.contacts, fresh, &departed);
+  find_all_contacts(world, fresh, departed);
+  cover_all_seams(world, fresh);
   if (!departed.empty()) {
     for (Contact& c : departed) follow_bodies(world, c);
     // Both are in the order of pairs; within a pair those that parted come last.
     std::vector<Contact>& merged = world.work.merged;
     merged.clear();
     std::merge(fresh.begin(), fresh.end(), departed.begin(), departed.end(),
-               std::back_inserter(merged), [](const Contact& x, const Contact& y) {
-                 return std::pair(x.collider_a, x.collider_b) <
-                        std::pair(y.collider_a, y.collider_b);
-               });
+               std::back_inserter(merged),
+               [](const Contact& x, const Contact& y) { return key_of(x) < key_of(y); });
     fresh.swap(merged);
   }
   world.contacts.swap(fresh);

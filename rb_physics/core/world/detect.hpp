@@ -2,6 +2,7 @@
 // times.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "collision/feature.hpp"
@@ -29,7 +30,7 @@ void append_contacts(const World& world, const ColliderPair& pair, double margin
 
 // Hands impulses and warm starts of `old` to the points of `fresh` with the same feature id (both
 // ordered by pair). Points that carried an impulse and are gone are appended to `departed`.
-void carry_over(const std::vector<Contact>& old, std::vector<Contact>& fresh,
+void carry_over(std::span<const Contact> old, std::span<Contact> fresh,
                 std::vector<Contact>* departed);
 
 // Moves the two points of a contact with their bodies: the geometry of a point that has parted.

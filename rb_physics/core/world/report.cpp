@@ -2,6 +2,7 @@
 // check that every number is finite.
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "contact/builder.hpp"
 #include "world/sleep.hpp"
@@ -44,12 +45,12 @@ bool within_numbers(const Body& body, double h) {
 }
 
 void classify_contacts(World& world) {
-  for (Contact& c : world.contacts) {
+  share_contacts(world, [&](Contact& c) {
     const Vec3 point = 0.5 * (c.point.point_a + c.point.point_b);
     const double speed = c.point.normal.dot(
         relative_velocity(world.bodies[c.body_a], world.bodies[c.body_b], point));
     c.state = classify(speed, tolerance::resting_speed);
-  }
+  });
 }
 
 void require_finite(World& world) {
@@ -63,22 +64,90 @@ void require_finite(World& world) {
   }
 }
 
+namespace {
+
+void count_contacts(World& world) {
+  std::mutex mutex;
+  const std::vector<Contact>& contacts = world.contacts;
+  world.work.crew.share_range(contacts.size(), 512, [&](std::size_t i, std::size_t end) {
+    int count = 0;
+    double deepest = 0.0;
+    for (; i < end; ++i) {
+      const Contact& c = contacts[i];
+      if ((c.active() && c.touching()) || !c.impulse.isZero(0.0)) ++count;
+      if (c.active()) deepest = std::fmax(deepest, -c.point.separation);
+    }
+    const std::lock_guard lock(mutex);
+    world.stats.contacts += count;
+    world.stats.max_penetration = std::fmax(world.stats.max_penetration, deepest);
+  });
+}
+
+void add_impulse(Body& body, const Contact& c, bool is_a) {
+  if (is_a) {
+    body.contact_impulse += c.impulse;
+    body.contact_moment += c.moment_a;
+  } else {
+    body.contact_impulse -= c.impulse;
+    body.contact_moment += c.moment_b;
+  }
+}
+
+// What contacts did to each body, summed in the order of contacts: contact by contact or, when
+// there are several threads, body by body.
+void add_up_impulses(World& world) {
+  const std::vector<Contact>& contacts = world.contacts;
+  std::vector<Body>& bodies = world.bodies;
+  Crew& crew = world.work.crew;
+  if (!crew.helped()) {
+    for (const Contact& c : contacts) {
+      if (c.impulse.isZero(0.0)) continue;
+      add_impulse(bodies[c.body_a], c, true);
+      add_impulse(bodies[c.body_b], c, false);
+    }
+  } else {
+    // of_body[first[row]] ...: twice the contact, plus 1 where the body is B.
+    static thread_local std::vector<std::size_t> first, of_body;
+    static thread_local std::vector<std::pair<std::int32_t, std::int32_t>> bodies_of;
+    auto& rows = bodies_of;  // of this thread
+    rows.resize(contacts.size());
+    crew.share_range(rows.size(), 512, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) rows[i] = {contacts[i].body_a, contacts[i].body_b};
+    });
+    first.assign(bodies.size() + 2, 0);
+    of_body.resize(2 * contacts.size());
+    for (const auto& [a, b] : rows) {
+      ++first[a + 2];
+      ++first[b + 2];
+    }
+    for (std::size_t row = 2; row < first.size(); ++row) first[row] += first[row - 1];
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      of_body[first[rows[i].first + 1]++] = 2 * i;
+      of_body[first[rows[i].second + 1]++] = 2 * i + 1;
+    }
+    const std::vector<std::size_t>&starts = first, &list = of_body;
+    crew.share_range(bodies.size(), 32, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t row = begin; row < end; ++row) {
+        for (std::size_t n = starts[row]; n < starts[row + 1]; ++n) {
+          const Contact& c = contacts[list[n] / 2];
+          if (!c.impulse.isZero(0.0)) add_impulse(bodies[row], c, list[n] % 2 == 0);
+        }
+      }
+    });
+  }
+  if (!world.keep_pair_impulses) return;
+  for (const Contact& c : contacts) {
+    if (!c.impulse.isZero(0.0)) add_to_pair(world.pair_impulses, c);
+  }
+}
+
+}  // namespace
+
 void finish_step(World& world) {
   require_finite(world);
   classify_contacts(world);
-  for (const Contact& c : world.contacts) {
-    if ((c.active() && c.touching()) || !c.impulse.isZero(0.0)) ++world.stats.contacts;
-    if (c.active())
-      world.stats.max_penetration = std::fmax(world.stats.max_penetration, -c.point.separation);
-    if (c.impulse.isZero(0.0)) continue;
-    Body& a = world.bodies[c.body_a];
-    Body& b = world.bodies[c.body_b];
-    a.contact_impulse += c.impulse;
-    a.contact_moment += c.moment_a;
-    b.contact_impulse -= c.impulse;
-    b.contact_moment += c.moment_b;
-    if (world.keep_pair_impulses) add_to_pair(world.pair_impulses, c);
-  }
+  count_contacts(world);
+  add_up_impulses(world);
   world.worst.residual = std::fmax(world.worst.residual, world.stats.residual);
   world.worst.max_penetration = std::fmax(world.worst.max_penetration, world.stats.max_penetration);
   world.worst.contacts = std::max(world.worst.contacts, world.stats.contacts);

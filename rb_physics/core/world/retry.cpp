@@ -4,6 +4,7 @@
 
 #include "world/detect.hpp"
 #include "world/sleep.hpp"
+#include "world/step.hpp"
 
 namespace rb {
 namespace {
@@ -13,14 +14,6 @@ std::pair<std::int32_t, std::int32_t> key(const Contact& c) { return {c.collider
 }  // namespace
 
 void remember(World& world) {
-  world.known_pairs.clear();
-  for (const Contact& c : world.contacts) {
-    if (c.role == ContactRole::GHOST)
-      continue;  // parted in the last step: takes no part in this one
-    if (world.known_pairs.empty() || world.known_pairs.back() != key(c)) {
-      world.known_pairs.push_back(key(c));
-    }
-  }
   world.kinematic_start.clear();
   for (const Body& body : world.bodies) {
     if (body.type == BodyType::KINEMATIC) {
@@ -29,10 +22,10 @@ void remember(World& world) {
   }
 }
 
-bool missed_a_meeting(const World& world) {
+bool missed_a_meeting(World& world) {
   // Of the touch distance: not a matter of rounding; in a heap not one of a correction either.
   const double clear_overlap = is_large_island(world.contacts.size()) ? 1e5 : 10.0;
-  return std::any_of(world.contacts.begin(), world.contacts.end(), [&](const Contact& c) {
+  return any_contact(world, [&](const Contact& c) {
     return c.active() && c.point.separation < -clear_overlap * c.touch &&
            !std::binary_search(world.known_pairs.begin(), world.known_pairs.end(), key(c));
   });

@@ -10,11 +10,11 @@
 
 namespace rb {
 
-// Notes which pairs take part and what must come back if the step is undone.
+// Notes what must come back if the step is undone.
 void remember(World& world);
 
 // True when contacts of a pair that took no part overlap at the end of the step.
-bool missed_a_meeting(const World& world);
+bool missed_a_meeting(World& world);
 
 // Back to the start of the step; contacts are found again with the wider reach.
 void take_back(World& world);

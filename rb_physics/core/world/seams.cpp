@@ -73,7 +73,7 @@ void find_supports(const World& world, std::span<const Contact> contacts,
 
 }  // namespace
 
-void cover_seams(const World& world, std::vector<Contact>& contacts) {
+void cover_seams(const World& world, std::span<Contact> contacts) {
   static thread_local std::vector<Support> supports;
   for (std::size_t first = 0; first < contacts.size();) {
     std::size_t last = first;

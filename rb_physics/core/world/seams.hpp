@@ -4,7 +4,7 @@
 // of the plane it slides on. (Meshes keep their own seams: collision/surface_contacts.)
 #pragma once
 
-#include <vector>
+#include <span>
 
 #include "world/world.hpp"
 
@@ -15,6 +15,6 @@ namespace rb {
 // face on, the plane of that face has all of B on its far side, B touches the plane where the
 // contact is, and the contact's normal is not the plane's. Lengths count as zero up to the touch
 // distance.
-void cover_seams(const World& world, std::vector<Contact>& contacts);
+void cover_seams(const World& world, std::span<Contact> contacts);
 
 }  // namespace rb

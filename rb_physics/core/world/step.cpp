@@ -29,7 +29,9 @@ class StopWatch {
 
 }  // namespace
 
-void step(World& world) {
+namespace {
+
+void make_step(World& world) {
   constexpr int most_retries = 8;
   StopWatch watch;
   double other = 0.0;  // s
@@ -79,6 +81,20 @@ void step(World& world) {
   finish_step(world);
   watch.lap(other);
   world.stats.step_time = watch.total();
+}
+
+// Below, waking another thread costs more than it gains.
+bool worth_sharing(const World& world) {
+  constexpr std::size_t contacts = 64, pairs = 128;
+  return world.settings.threads > 1 &&
+         (world.contacts.size() >= contacts || world.pairs.size() >= pairs);
+}
+
+}  // namespace
+
+void step(World& world) {
+  Workers* workers = worth_sharing(world) ? &workers_of(world) : nullptr;
+  world.work.crew.run(workers, [&] { make_step(world); });
 }
 
 }  // namespace rb

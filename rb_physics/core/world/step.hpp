@@ -1,9 +1,33 @@
 // The stages of a step that are too small for a header of their own.
 #pragma once
 
+#include <atomic>
+
 #include "world/world.hpp"
 
 namespace rb {
+
+// Whether some contact meets the condition; asked by all threads.
+template <class Condition>
+bool any_contact(World& world, const Condition& condition) {
+  std::atomic<bool> any = false;
+  const std::vector<Contact>& contacts = world.contacts;
+  world.work.crew.share_range(contacts.size(), 512, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !any.load(std::memory_order_relaxed); ++i) {
+      if (condition(contacts[i])) any = true;
+    }
+  });
+  return any;
+}
+
+// change(contact) for each, shared by all threads.
+template <class Change>
+void share_contacts(World& world, const Change& change) {
+  std::vector<Contact>& contacts = world.contacts;
+  world.work.crew.share_range(contacts.size(), 512, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) change(contacts[i]);
+  });
+}
 
 // world/wrenches.cpp
 void begin_step(World& world);
@@ -12,6 +36,7 @@ void expire_wrenches(World& world);
 
 // world/advance_all.cpp
 bool needs_detection(const World& world);
+// Contacts that are gone leave the list; `known_pairs` are those that take part.
 void build_islands(World& world);
 void advance_islands(World& world);
 Workers& workers_of(World& world);  // as many as settings.threads says

@@ -13,6 +13,7 @@
 #include "collision/broad_phase.hpp"
 #include "contact/contact.hpp"
 #include "island/island.hpp"
+#include "math/crew.hpp"
 #include "math/workers.hpp"
 #include "shape/shape.hpp"
 #include "world/island_workspace.hpp"
@@ -48,6 +49,12 @@ struct PairImpulse {
   Vec3 moment_b = Vec3::Zero();  // N m s, on B about its moving centre of mass
 };
 
+// What one block of pairs has: their contacts, and those of old that are gone.
+struct FoundContacts {
+  std::vector<Contact> contacts, departed;
+  std::size_t first = 0;  // place of the contacts in the world's list
+};
+
 // Scratch memory of the step: no allocation after warm-up.
 struct StepWorkspace {
   std::vector<IslandWorkspace> threads{1};  // one per thread
@@ -57,7 +64,11 @@ struct StepWorkspace {
   std::vector<std::uint8_t> replaced;  // per contact: its island has found its contacts again
   std::vector<std::int32_t> alone;     // islands to be moved by one thread, in order
   std::vector<Contact> merged, departed, fresh;
-  std::vector<std::vector<Contact>> found;  // per block of pairs, when threads share them
+  std::vector<FoundContacts> found;     // per block of pairs, when threads share them
+  std::vector<Aabb> boxes;              // of colliders
+  std::vector<std::int32_t> next_pair;  // of each collider A: where its next pair goes
+  Crew crew;                            // the threads of the step
+  bool all_active = false;              // every contact takes part
 };
 
 struct World {

@@ -39,47 +39,60 @@ Wrench external_wrench(const World& world, const Body& body) {
   return w;
 }
 
-void begin_step(World& world) {
+namespace {
+
+// Gravity and held wrenches of one body; throws Diverged for what would leave the numbers.
+void begin_body(World& world, std::size_t row) {
   const double h = world.settings.dt;
-  world.stats = Stats{};
-  world.last_good.clear();
-  for (std::size_t row = 0; row < world.bodies.size(); ++row) {
-    Body& body = world.bodies[row];
-    world.last_good.push_back(body.state);
-    body.contact_impulse = body.contact_moment = Vec3::Zero();
-    world.applied[row] = Wrench{};
-    // What was set from outside and would leave the numbers: said before anything moves.
-    if (world.geometry_dirty && !within_numbers(body, h))
-      throw Diverged(world.step_count, static_cast<std::int32_t>(row));
-    if (body.type == BodyType::KINEMATIC) {
-      if (body.target || !body.velocity.isZero(0.0) || !body.spin.isZero(0.0)) body.wake();
-      aim_at_target(body, h);
-    }
-    if (!body.is_dynamic()) continue;
-    if (body.asleep && (!body.state.p.isZero(0.0) || !body.state.L.isZero(0.0) || ends(body, h)))
-      body.wake();
-    world.applied[row] = external_wrench(world, body);
-    // Likewise a wrench that would carry the state there.
-    const Wrench& w = world.applied[row];
-    constexpr double greatest = 1e120;     // N, N m: squares of it must not overflow either
-    constexpr double greatest_way = 1e30;  // m in the step
-    const double force = w.force.cwiseAbs().maxCoeff();
-    if (!(force <= greatest && h * h * body.inertia.inv_mass * force <= greatest_way &&
-          w.torque.cwiseAbs().maxCoeff() <= greatest)) {
-      throw Diverged(world.step_count, static_cast<std::int32_t>(row));
-    }
+  Body& body = world.bodies[row];
+  world.last_good[row] = body.state;
+  body.contact_impulse = body.contact_moment = Vec3::Zero();
+  world.applied[row] = Wrench{};
+  // What was set from outside and would leave the numbers: said before anything moves.
+  if (world.geometry_dirty && !within_numbers(body, h))
+    throw Diverged(world.step_count, static_cast<std::int32_t>(row));
+  if (body.type == BodyType::KINEMATIC) {
+    if (body.target || !body.velocity.isZero(0.0) || !body.spin.isZero(0.0)) body.wake();
+    aim_at_target(body, h);
   }
+  if (!body.is_dynamic()) return;
+  if (body.asleep && (!body.state.p.isZero(0.0) || !body.state.L.isZero(0.0) || ends(body, h)))
+    body.wake();
+  world.applied[row] = external_wrench(world, body);
+  // Likewise a wrench that would carry the state there.
+  const Wrench& w = world.applied[row];
+  constexpr double greatest = 1e120;     // N, N m: squares of it must not overflow either
+  constexpr double greatest_way = 1e30;  // m in the step
+  const double force = w.force.cwiseAbs().maxCoeff();
+  if (!(force <= greatest && h * h * body.inertia.inv_mass * force <= greatest_way &&
+        w.torque.cwiseAbs().maxCoeff() <= greatest)) {
+    throw Diverged(world.step_count, static_cast<std::int32_t>(row));
+  }
+}
+
+}  // namespace
+
+void begin_step(World& world) {
+  world.stats = Stats{};
+  world.last_good.resize(world.bodies.size());
+  world.work.crew.share_range(world.bodies.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row) begin_body(world, row);
+  });
   // What lay on something that was changed is awake even if it touches it no more.
-  for (const Contact& c : world.contacts) {
+  const bool any_asleep = std::any_of(world.bodies.begin(), world.bodies.end(),
+                                      [](const Body& body) { return body.asleep; });
+  for (std::size_t i = 0; any_asleep && i < world.contacts.size(); ++i) {
+    const Contact& c = world.contacts[i];
     if (world.bodies[c.body_a].asleep == world.bodies[c.body_b].asleep) continue;
     for (const std::int32_t row : {c.body_a, c.body_b}) {
       Body& body = world.bodies[row];
       if (body.is_dynamic() && body.asleep) body.wake();
     }
   }
-  for (Contact& c : world.contacts) {
-    if (!at_rest(world, c.body_a, c.body_b)) c.impulse = c.moment_a = c.moment_b = Vec3::Zero();
-  }
+  share_contacts(world, [&](Contact& c) {
+    if (!any_asleep || !at_rest(world, c.body_a, c.body_b))
+      c.impulse = c.moment_a = c.moment_b = Vec3::Zero();
+  });
 }
 
 void expire_wrenches(World& world) {
