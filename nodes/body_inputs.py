@@ -6,6 +6,7 @@ from typing import Any
 
 from rb_physics import checks
 from rb_physics.errors import SceneError
+from rb_physics.recording import TopicError
 from rb_physics.scene import parse_body, parse_change
 
 from .refused import RefusedBodyError
@@ -22,7 +23,7 @@ def spawn(world: Any, topic: str, text: str, perform: Perform) -> None:
         else:
             body = parse_body(text, topic)
         perform("add_body", description=body)
-    except (SceneError, UrdfError) as error:
+    except (SceneError, UrdfError, TopicError) as error:
         raise RefusedBodyError(f"no body added: {error}") from None
 
 

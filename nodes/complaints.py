@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 INTERVAL = 1.0  # s of wall time
+LONGEST = 1000  # characters of a line; names and texts come from other nodes
 MOST_TEXTS = 10  # of one topic within the interval: a flood of wrong names is cut there
 
 
@@ -17,6 +18,13 @@ class _Window:
     left_out: int = 0
 
 
+def printable(text: str) -> str:
+    """One line of bounded length, control characters as their escapes: what others send can't break
+    or forge lines of the log."""
+    line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    return line if len(line) <= LONGEST else f"{line[:LONGEST]}… ({len(line)} characters)"
+
+
 class Complaints:
     """Throttles by key and text; says how many lines were left out."""
 
@@ -25,6 +33,7 @@ class Complaints:
         self._windows: dict[str, _Window] = {}
 
     def __call__(self, key: str, text: str) -> None:
+        text = printable(text)
         now = time.monotonic()
         window = self._windows.get(key)
         if window is None or now >= window.end:

@@ -12,6 +12,7 @@ import numpy as np
 from rb_physics import checks
 from rb_physics import math as rotations
 from rb_physics.errors import SceneError
+from rb_physics.recording import TopicError
 from rb_physics.scene import parse_body
 
 from .frames import Pose, compose, frame_pose
@@ -98,6 +99,8 @@ def spawn(world: Any, body: dict[str, Any], request: Any, perform: Perform) -> s
     placed = {**body, "name": name, "position": position, "orientation": orientation}
     try:
         perform("add_body", description=placed)
+    except TopicError as error:
+        raise EntityError("NAME_INVALID", str(error)) from None
     except SceneError as error:
         raise EntityError("RESOURCE_PARSE_ERROR", str(error)) from None
     return name
@@ -125,12 +128,16 @@ def set_state(world: Any, name: str, state: Any, perform: Perform) -> None:
     except ValueError as error:
         raise EntityError("RESULT_OPERATION_FAILED", str(error)) from None
     position, orientation = compose(frame, _pose(state.pose, f"state of '{name}'"))
-    linear, angular = (
-        rotations.rotate(frame[1], np.array([v.x, v.y, v.z]))
-        for v in (state.twist.linear, state.twist.angular)
-    )
-    if not np.isfinite([*linear, *angular]).all():
+    twist = [[v.x, v.y, v.z] for v in (state.twist.linear, state.twist.angular)]
+    if not np.isfinite(twist).all():
         raise EntityError("INVALID_POSE", f"the twist of '{name}' must be finite")
+    linear, angular = (rotations.rotate(frame[1], np.array(v)) for v in twist)
+    acceleration = getattr(state, "acceleration", None)
+    if acceleration is not None and _moves(acceleration):
+        raise EntityError(
+            "RESULT_OPERATION_FAILED",
+            f"acceleration of '{name}' can't be set: forces decide on it; leave it 0",
+        )
     velocities = {}
     if body.type != "static":
         lever = rotations.rotate(orientation, np.array(body.center_of_mass))

@@ -13,13 +13,22 @@ from . import body_inputs
 from .inbox import Inbox
 from .kinematic_inputs import KinematicInputs
 from .lockstep import Lockstep
-from .refused import MalformedMessageError, RefusedInputError
+from .refused import MalformedMessageError, RefusedInputError, RefusedValueError
 from .transform_tree import TransformTree
 from .wrench_frames import WrenchFrames
 from .wrench_inputs import HeldWrenches, Perform, WrenchInputs, WrenchSource
 
 Complain = Callable[[str, str], None]  # key for throttling, text
 
+
+def _decode_text(data: bytes) -> str:
+    try:
+        return decoders.decode_string(data)
+    except ValueError as error:
+        raise ValueError(f"malformed std_msgs/msg/String: {error}") from None
+
+
+NAMED = 5  # topics in a line
 IGNORED = object()  # what a handler returns for a message that is no input of this world
 
 
@@ -55,6 +64,7 @@ class Inputs:
     def fit(self, world: Any, topics: Sequence[Topic]) -> None:
         """The bodies of the world and so the topics are these now."""
         self.topics = tuple(topics)
+        self.bodies = [body.name for body in world.bodies]
         self._by_name = {topic.name: topic for topic in self.topics}
         self._rank = {topic.name: rank for rank, topic in enumerate(self.topics)}
         moving = [body for body in world.bodies if body.type != "static"]
@@ -106,6 +116,19 @@ class Inputs:
                 accepted.append((topic, data))
         return accepted
 
+    def wait(self, world: Any) -> None:
+        """A step in lockstep waits for messages: say for which if it takes long."""
+        assert self.lockstep is not None
+        missing = self.lockstep.overdue()
+        if missing:
+            more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
+            self._complain(
+                "lockstep",
+                f"the step that starts at {round(world.time * 1e9)} ns waits in lockstep for the message on "
+                f"{', '.join(missing[:NAMED])}{more}; a body without a controller is left out of the "
+                "wrench entries of topics.yaml, one that is spawned joins those of its kind",
+            )
+
     @staticmethod
     def _decoded(topic: Topic, data: bytes, decode: Callable[[bytes], Any]) -> Any:
         try:
@@ -127,6 +150,12 @@ class Inputs:
         self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
     ) -> None:
         message = self._decoded(topic, data, self._batches[topic.name].decode)
+        for field, rows in (("transforms", message.transforms), ("twist", message.twists)):
+            if len(rows):
+                raise RefusedValueError(
+                    f"message on {topic.name} refused: {field} has {len(rows)} entries, but must stay "
+                    "empty: only wrenches are taken here"
+                )
         wrenches = self.wrenches.resolve_batch(
             topic.name, message.frame_id, message.names, message.wrenches
         )
@@ -171,19 +200,19 @@ class Inputs:
     def _receive_spawn(
         self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
     ) -> None:
-        text = self._decoded(topic, data, decoders.decode_string)
+        text = self._decoded(topic, data, _decode_text)
         body_inputs.spawn(world, topic.name, text, perform)
 
     def _receive_remove(
         self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
     ) -> None:
-        text = self._decoded(topic, data, decoders.decode_string)
+        text = self._decoded(topic, data, _decode_text)
         body_inputs.remove(world, topic.name, text, perform)
 
     def _receive_change(
         self, world: Any, topic: Topic, data: bytes, step: int, perform: Perform
     ) -> None:
-        text = self._decoded(topic, data, decoders.decode_string)
+        text = self._decoded(topic, data, _decode_text)
         body_inputs.change(world, topic.name, text, perform)
 
     def apply(self, world: Any, step: int, perform: Perform) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil, isfinite
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from rb_physics import math as rotations
 
+from .limits import not_allowed
 from .refused import RefusedValueError, UnknownFrameError
 from .wrench_frames import COM, WORLD
 from .wrench_inputs import FOREVER, Perform
@@ -26,6 +27,7 @@ from .wrench_inputs import FOREVER, Perform
 ZERO = (0.0, 0.0, 0.0)
 UNIT_TOLERANCE = 1e-3  # on the norm of a commanded quaternion, as in scene files
 LONGEST_GAP = 0.5  # s between two poses of a stream; after a longer one it begins anew
+LONGEST_LEAD = 3600.0  # s a stamp may be ahead; the wall clock is ahead by decades
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,14 @@ class KinematicInputs:
                 f"pose of body '{body}' refused: the norm of its quaternion is {norm:g}, "
                 f"but must be 1 within {UNIT_TOLERANCE:g}"
             )
-        steps = round((stamp_ns * 1e-9 - world.time) / self._dt)
+        lead = stamp_ns * 1e-9 - world.time
+        if lead > LONGEST_LEAD:
+            raise RefusedValueError(
+                f"pose of body '{body}' refused: its stamp is {lead:g} s ahead of the simulation's time, "
+                f"and may be {LONGEST_LEAD:g} s at most; stamps are simulated time: start its sender with "
+                "use_sim_time:=true, or leave the stamp 0"
+            )
+        steps = round(lead / self._dt)
         if steps < 1:
             steps = self._steps_since(body, stamp_ns) or 1
         self._stamps[body] = stamp_ns
@@ -219,7 +228,6 @@ class KinematicInputs:
                 f"{given} refused for a {what} of body '{body}': "
                 f"header.frame_id must be one of {', '.join(frames)}"
             )
-        if not all(map(isfinite, values)):
-            raise RefusedValueError(
-                f"{what} of body '{body}' refused: {tuple(values)} must be finite"
-            )
+        rule = not_allowed(values)
+        if rule is not None:
+            raise RefusedValueError(f"{what} of body '{body}' refused: {tuple(values)} {rule}")

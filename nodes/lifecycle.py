@@ -27,6 +27,7 @@ class SimNode(LifecycleNode):
         self.simulator: Simulator | None = None
         self.error: BaseException | None = None  # why configuring failed, or what broke a run
         self._shut_down = False
+        self._configured = False  # once
         self._table = parameters.load_table()
         parameters.declare(self, self._table)
         self.add_on_set_parameters_callback(lambda changes: parameters.check(self._table, changes))
@@ -50,11 +51,14 @@ class SimNode(LifecycleNode):
         values = {name: self.get_parameter(name).value for name in self._table}
         try:
             self.simulator = Simulator(self, values)
-        except (ValueError, OSError, ImportError) as error:
+        except Exception as error:  # rclpy has no common class, and would keep the reason to itself
             self.error = error
-            if not values["autostart"]:  # otherwise the process ends with this sentence
+            if (
+                self._configured or not values["autostart"]
+            ):  # else the process ends with this sentence
                 self.get_logger().error(one_line(error))
             return FAILURE
+        self._configured = True
         return SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable
 
 from .refused import WrongStampError
+
+PATIENCE = 2.0  # s of wall time after which it is said for whom a step waits
 
 
 class Lockstep:
@@ -18,6 +21,8 @@ class Lockstep:
     def __init__(self) -> None:
         self._awaited: set[str] = set()
         self._delivered: set[str] = set()
+        self._since: float | None = None  # wall time at which waiting began
+        self._told = False
 
     def wait_for(self, sources: Iterable[str]) -> None:
         """The topics that have to deliver for each step."""
@@ -50,3 +55,13 @@ class Lockstep:
     def next_step(self) -> None:
         """The step is made: wait for the messages of the next one."""
         self._delivered.clear()
+        self._since, self._told = None, False
+
+    def overdue(self) -> list[str]:
+        """The topics a step waits for; once for each step, when that takes long."""
+        now = time.monotonic()
+        self._since = now if self._since is None else self._since
+        if self._told or now < self._since + PATIENCE:
+            return []
+        self._told = True
+        return sorted(self._awaited - self._delivered)

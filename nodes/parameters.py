@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import yaml
@@ -35,30 +35,42 @@ def declare(node: Node, table: Mapping[str, Mapping[str, Any]]) -> dict[str, Any
     A whole number given for a double is taken as that double. Raises ValueError, in one sentence,
     for a value of the wrong type or outside its range.
     """
-    known = node._parameter_overrides
-    for name in known:
-        by_rclpy = name in RCLPY_OWN or name.startswith("qos_overrides.")
-        if name not in table and not by_rclpy:
+    check_names(node, table)
+    return {name: _declare(node, name, entry) for name, entry in table.items()}
+
+
+def declare_one(node: Node, name: str, default: Any) -> Any:
+    """Declare a parameter of the type of its default; its value. Raises ValueError."""
+    kind = {str: "string", bool: "bool", float: "double"}[type(default)]
+    return _declare(node, name, {"type": kind, "default": default, "description": ""})
+
+
+def check_names(node: Node, declared: Collection[str] = ()) -> None:
+    """Raises ValueError for a given parameter that is neither declared yet nor one of `declared`."""
+    for name in node._parameter_overrides:
+        own = name in declared or name in RCLPY_OWN or name.startswith("qos_overrides.")
+        if not own and not node.has_parameter(name):
+            there = declared or [n for n in node._parameters if n not in RCLPY_OWN]
             raise ValueError(
-                f"there is no parameter '{name}'; the parameters are {', '.join(table)}"
+                f"there is no parameter '{name}'; the parameters are {', '.join(there)}"
             )
-    for name, entry in table.items():
-        kind = TYPES[entry["type"]]
-        given = known.get(name)
-        if given is not None:
-            if kind == Parameter.Type.DOUBLE and given.type_ == Parameter.Type.INTEGER:
-                given = known[name] = Parameter(name, kind, float(given.value))
-            if given.value is False and "off" in entry.get("choices", ()):
-                given = known[name] = Parameter(name, kind, "off")  # what YAML makes of a bare off
-            if given.type_ != kind:
-                raise ValueError(
-                    f"parameter {name} is {given.value!r}, but must be a {entry['type']}"
-                )
-            reason = refusal(name, entry, given.value)
-            if reason is not None:
-                raise ValueError(reason)
-        node.declare_parameter(name, entry["default"], _descriptor(entry))
-    return {name: node.get_parameter(name).value for name in table}
+
+
+def _declare(node: Node, name: str, entry: Mapping[str, Any]) -> Any:
+    known, kind = node._parameter_overrides, TYPES[entry["type"]]
+    given = known.get(name)
+    if given is not None:
+        if kind == Parameter.Type.DOUBLE and given.type_ == Parameter.Type.INTEGER:
+            given = known[name] = Parameter(name, kind, float(given.value))
+        if given.value is False and "off" in entry.get("choices", ()):
+            given = known[name] = Parameter(name, kind, "off")  # what YAML makes of a bare off
+        if given.type_ != kind:
+            raise ValueError(f"parameter {name} is {given.value!r}, but must be a {entry['type']}")
+        reason = refusal(name, entry, given.value)
+        if reason is not None:
+            raise ValueError(reason)
+    node.declare_parameter(name, entry["default"], _descriptor(entry))
+    return node.get_parameter(name).value
 
 
 def check(

@@ -71,6 +71,7 @@ class PhysicsLoop:
         self.error: BaseException | None = None
         self.paused = paused
         self._halted = False  # paused by a divergence: a reset goes on
+        self._divergence = ""  # the sentence of it
         self.held = False  # nothing steps, not even ~/step: the node is inactive
         self._inputs = inputs
         self._sender = sender
@@ -109,6 +110,24 @@ class PhysicsLoop:
         self.commands.wake()
 
     @property
+    def stands_still(self) -> bool:
+        """No step is made before somebody orders it; a lockstep run waits for messages only."""
+        return self._ordered is None and self.state[1] != "running"
+
+    @property
+    def state(self) -> tuple[int, str]:
+        """Level (of diagnostics) and text of what it is doing."""
+        if self._halted:
+            return 2, f"paused: {self._divergence}"
+        if self.held:
+            return 0, "inactive"
+        if self._last_step is not None and self.step >= self._last_step:
+            return 0, "the duration is over"
+        if self.paused and self._ordered is None:
+            return 0, "paused"
+        return 0, "running"
+
+    @property
     def step(self) -> int:
         """Number of the next step, counted from time 0."""
         return int(self.world.step_count)
@@ -131,6 +150,7 @@ class PhysicsLoop:
         if lockstep is not None:
             if lockstep.complete:
                 return 1
+            self._inputs.wait(self.world)
             self._rest()
             return 0
         return self._pacer.wait(self.step, self._sender.send_until)
@@ -157,7 +177,10 @@ class PhysicsLoop:
         count = max(1, min(limit for limit in limits if limit is not None))
         try:
             world.step(count)
-        except DivergedError as error:
+        except (
+            DivergedError,
+            ValueError,
+        ) as error:  # the latter where numbers are no more than huge
             self._diverged(error)
             return
         if inputs.lockstep is not None:
@@ -168,8 +191,9 @@ class PhysicsLoop:
         if self._ordered is not None and self.step >= self._ordered_until:
             self._end_ordered(True, f"at step {self.step}, time {world.time:.9g} s")
 
-    def _diverged(self, error: DivergedError) -> None:
+    def _diverged(self, error: ValueError | DivergedError) -> None:
         self.paused = self._halted = True
+        self._divergence = str(error)
         self._log(f"{error}; the simulation is paused at its last good state, ~/reset starts anew")
         self._end_ordered(False, str(error))
 
@@ -180,7 +204,12 @@ class PhysicsLoop:
                 continue
             if command.name in INTERRUPTING:
                 self._end_ordered(False, f"ended by ~/{command.name} at step {self.step}")
-            command.finish(*getattr(self, f"_do_{command.name}")(*command.arguments))
+            try:
+                answer = getattr(self, f"_do_{command.name}")(*command.arguments)
+            except BaseException:  # ends the loop; nobody should wait for its answer
+                command.finish(False, "the simulator failed and ends")
+                raise
+            command.finish(*answer)
 
     def _end_ordered(self, success: bool, message: str) -> None:
         command, self._ordered = self._ordered, None
@@ -209,7 +238,8 @@ class PhysicsLoop:
     def _do_pause(self, pause: bool) -> Answer:
         self.paused, self._halted = pause, False
         self._pacer.restart(self.step)
-        return True, f"{'paused' if pause else 'running'} at time {self.world.time:.9g} s"
+        now = f"{'paused' if pause else 'running'} at time {self.world.time:.9g} s"
+        return True, now + (", once the node is active" if self.held and not pause else "")
 
     def _do_hold(self, hold: bool) -> Answer:
         self.held = hold

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.duration import Duration
@@ -16,11 +17,13 @@ from std_msgs.msg import String
 
 from rb_physics.recording import Recorder
 from rb_physics.recording.encoders import encode_string
+from rb_physics.recording.outputs import Message
 from rb_physics.recording.topics import Topic
 
 from .conversions import message_class, qos_profile
 
-CLOCK_REPEAT = 1.0  # s of wall time between repetitions of /clock while time stands still
+REPEAT = 1.0  # s of wall time between /clock and diagnostics while time stands still
+STANDSTILL = 0.5  # s of wall time after which it is more than a moment between two calls of ~/step
 LOOK, LOOK_AGAIN = 0.1, 1.0  # s between looks for subscribers: while there are none, and some
 AT_ONCE = 12  # messages after one step that may be sent before the next one
 FAREWELL = 0.5  # s of wall time at most to wait for readers at the end
@@ -32,6 +35,7 @@ class _Output:
 
     def __init__(self, publisher: Publisher, topic: Topic) -> None:
         self.publisher = publisher
+        self.content = topic.content
         self.per_body = topic.body is not None
         self.last: bytes | None = None
         self._always = not self.per_body or topic.qos.durability == "transient_local"
@@ -70,8 +74,11 @@ class Publishing:
     def __init__(self, node: Node, world: Any, recorder: Recorder) -> None:
         self._node = node
         self._world = world
+        self.stands_still: Callable[[], bool] = lambda: False  # nothing moves before it is told to
         self._started = False
-        self._repeat_clock = 0.0
+        self._repeat = 0.0
+        self._still_since: float | None = None
+        self._shown = False  # the state in which everything stands still
         self._clocks = [t.name for t in recorder.outputs.topics if t.content == "clock"]
         self._recorder = recorder
         self._outputs: dict[str, _Output] = {}
@@ -108,18 +115,19 @@ class Publishing:
         self._outputs[topic.name] = _Output(publisher, topic)
 
     @property
-    def publishers(self) -> list[Publisher]:
-        """Those of all output topics."""
-        return [output.publisher for output in list(self._outputs.values())]
+    def publishers(self) -> list[tuple[Publisher, str]]:
+        """Those of all output topics, each with what it carries."""
+        return [(output.publisher, output.content) for output in list(self._outputs.values())]
 
     def start(self, world: Any) -> None:
         """Send the whole state: at the start of a run, after a reset and when bodies come or go."""
         self._publish(self._recorder.latched())
+        self._still_since, self._shown = None, False
         messages = self._recorder.outputs.collect(everything=True)
-        self._publish(messages)
-        if self._started:  # the recorder itself logs the first ones
-            for name, data in messages:
-                self._recorder.write_input(name, data)
+        if self._started:
+            self._show(messages)
+        else:  # the recorder itself logs the first ones
+            self._publish(messages)
         self._started = True
 
     def perform(self, name: str, **arguments: Any) -> None:
@@ -139,6 +147,7 @@ class Publishing:
 
     def stepped(self, world: Any) -> None:
         """Send what is due after steps; `flush` or `send_until` send the rest."""
+        self._still_since, self._shown = None, False
         self._recorder.after_step(self._publish)
 
     def send_until(self, deadline: float) -> None:
@@ -153,17 +162,34 @@ class Publishing:
         self.send_until(math.inf)
 
     def idle(self, world: Any) -> None:
-        """While nothing moves: show newcomers the last messages, and repeat /clock every second."""
+        """While nothing moves: show newcomers the last messages, and repeat /clock every second.
+
+        Where everything stands still for more than a moment the present state is sent, whatever
+        is due, and then the diagnostics every second.
+        """
         self.flush()
         now = time.monotonic()
+        if not self._shown and self.stands_still():
+            self._still_since = now if self._still_since is None else self._still_since
+            if now >= self._still_since + STANDSTILL:
+                self._shown = True
+                self._show(self._recorder.outputs.present())
         for output in self._outputs.values():
             output.greet()
-        if now >= self._repeat_clock:
-            self._repeat_clock = now + CLOCK_REPEAT
+        if now >= self._repeat:
+            self._repeat = now + REPEAT
             for name in self._clocks:
                 data = self._outputs[name].last
                 if data is not None:
                     self._outputs[name].send(data, now)
+            if self._shown:
+                self._publish(self._recorder.outputs.diagnostics())
+
+    def _show(self, messages: list[Message]) -> None:
+        """Send and log what no step made due."""
+        self._publish(messages)
+        for name, data in messages:
+            self._recorder.write_input(name, data)
 
     def finish(self) -> None:
         """Let readers get the last messages before the node goes."""

@@ -16,10 +16,18 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from .player import Player, check_rate
-from .start import SIGNALS, StartError, ignore_signals, import_rclpy, one_line
+from .start import (
+    SIGNALS,
+    StartError,
+    check_arguments,
+    ignore_signals,
+    import_rclpy,
+    one_line,
+)
 
 NAME = "replay_node"
 FAREWELL = 0.5  # s of wall time at most to wait for the readers of each topic at the end
@@ -32,6 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         signal.signal(number, lambda *_: stop.set())
     try:
         rclpy = import_rclpy()
+        check_arguments(arguments)
         from rclpy.signals import SignalHandlerOptions
 
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
@@ -81,16 +90,19 @@ class Replay:
     def __init__(self, node: Any, stop: threading.Event) -> None:
         from rb_physics.recording.log_reader import Recording
 
+        from .parameters import check_names, declare_one
+
         self._node, self._stop = node, stop
-        declare = node.declare_parameter
-        path = declare("recording", "").value
-        rate = float(declare("rate", 1.0).value)
-        start = _nanoseconds("start", declare("start", 0.0).value)
-        loop, paused = bool(declare("loop", False).value), bool(declare("paused", False).value)
-        with_inputs = bool(declare("inputs", False).value)
-        node.declare_parameter("seek_time", 0.0)
-        only = set(declare("topics", "").value.split())
-        excluded = set(declare("exclude_topics", "").value.split())
+        declare = declare_parameter = partial(declare_one, node)
+        path = declare("recording", "")
+        rate = declare("rate", 1.0)
+        start = _nanoseconds("start", declare("start", 0.0))
+        loop, paused = declare("loop", False), declare("paused", False)
+        with_inputs = declare("inputs", False)
+        declare_parameter("seek_time", 0.0)
+        only = set(declare("topics", "").split())
+        excluded = set(declare("exclude_topics", "").split())
+        check_names(node)
         if not path:
             raise ValueError("set the parameter recording to the folder of a recording")
         check_rate(rate)

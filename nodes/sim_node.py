@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
 import sys
 import threading
 import time
 from collections.abc import Sequence
 
-from .start import SIGNALS, StartError, ignore_signals, import_rclpy, one_line
+from .start import (
+    SIGNALS,
+    StartError,
+    check_arguments,
+    ignore_signals,
+    import_rclpy,
+    one_line,
+)
 
 NAME = "sim_node"
 CALLS_AT_ONCE = 3  # service calls answered side by side; a long ~/step takes one of them
@@ -31,6 +39,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     for number in SIGNALS:
         signal.signal(number, lambda *_: stop.set())
     rclpy = import_rclpy()
+    check_arguments(arguments)
     from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
@@ -42,11 +51,12 @@ def _run(arguments: Sequence[str] | None) -> int:
         from rclpy.lifecycle import TransitionCallbackReturn
 
         from .lifecycle import SimNode
+        from .simulator import StuckError
 
         node = SimNode(NAME)
         autostart = node.get_parameter("autostart").value
         if autostart and node.trigger_configure() != TransitionCallbackReturn.SUCCESS:
-            raise node.error or ValueError("the node could not be configured")
+            raise ValueError(one_line(node.error or ValueError("the node could not be configured")))
     except (ValueError, OSError, ImportError) as error:
         rclpy.try_shutdown()
         raise StartError(one_line(error)) from None
@@ -70,22 +80,25 @@ def _run(arguments: Sequence[str] | None) -> int:
                 stop.set()
 
     spinning = threading.Thread(target=spin, name="executor", daemon=True)
-    spinning.start()
     try:
-        if autostart:
+        if autostart:  # before calls are answered: none should find the node inactive
             node.trigger_activate()
+        spinning.start()
         while not stop.is_set() and not node.finished:
             time.sleep(LOOK)
     finally:
         ending.set()  # first: closing takes parts away under the executor
         node.close()
         executor.shutdown(timeout_sec=2.0)
-        spinning.join(timeout=2.0)
+        if spinning.ident is not None:
+            spinning.join(timeout=2.0)
         rclpy.try_shutdown()
         ignore_signals()
     error = node.error or (broken[0] if broken else None)
     if error is not None:
-        print(f"sim_node: {error}", file=sys.stderr)
+        print(f"sim_node: {error}", file=sys.stderr, flush=True)
+        if isinstance(error, StuckError):
+            os._exit(1)  # there is no other way to end a thread
         return 1
     return 0
 

@@ -142,7 +142,7 @@ class SimulationInterfaces:
 
     def _state(self) -> int:
         states = self._msg.SimulationState
-        if not self._loop.paused:
+        if not self._loop.paused and not self._loop.held:
             self._stopped = False
             return int(states.STATE_PLAYING)
         if self._stopped and self._loop.step == 0:
@@ -156,6 +156,8 @@ class SimulationInterfaces:
             response.result.result = self._srv.SetSimulationState.Response.ALREADY_IN_TARGET_STATE
             response.result.error_message = "the simulation is in this state already"
             return response
+        if wanted == states.STATE_PLAYING and self._loop.held:
+            return self._answer(response, False, "the node is inactive: activate it first")
         if wanted == states.STATE_PLAYING:
             return self._answer(response, *ask("pause", False))
         if wanted == states.STATE_PAUSED:
@@ -183,6 +185,11 @@ class SimulationInterfaces:
     def reset_simulation(self, request: Any, response: Any) -> Any:
         scopes = self._srv.ResetSimulation.Request
         scope = request.scope or scopes.SCOPE_ALL
+        known = scopes.SCOPE_STATE | scopes.SCOPE_TIME | scopes.SCOPE_SPAWNED
+        if scope != scopes.SCOPE_ALL and scope & ~known:
+            return self._answer(
+                response, False, f"scope is {scope}, but must be a sum of those of ResetSimulation"
+            )
         answer = self._loop.commands.ask(
             "restart",
             bool(scope & scopes.SCOPE_STATE),

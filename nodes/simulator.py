@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from rclpy.parameter import Parameter
 
 import rb_physics as rb
 from rb_physics.recording import Recorder, RecordingError, load_topics, new_run_directory
+from rb_physics.recording.mcap_log import FolderExistsError
 from rb_physics.recording.operations import CHANGE_BODIES
 from rb_physics.recording.rerun_log import require
 from rb_physics.recording.topics import Topic
@@ -25,6 +27,12 @@ from .publishing import Publishing
 from .services import Services
 from .simulation_interfaces import SimulationInterfaces, load_messages
 from .subscribing import Subscribing
+
+LONGEST_STEP = 5.0  # s of wall time that a step may take when the run is to end
+
+
+class StuckError(RuntimeError):
+    """A step doesn't come to its end."""
 
 
 class Simulator:
@@ -61,9 +69,9 @@ class Simulator:
                 for entry in topics.entries
             ),
         )
-        directory = new_run_directory(values["record_dir"]) if values["record_dir"] else None
+        parent = values["record_dir"]
         rerun = values["rerun"]
-        if rerun != "off" and directory is None:
+        if rerun != "off" and not parent:
             raise ValueError(f"rerun is '{rerun}', but record_dir is empty: set record_dir as well")
         if rerun != "off":
             try:
@@ -71,9 +79,9 @@ class Simulator:
             except RecordingError as error:
                 self._node.get_logger().warning(f"running without the Rerun view: {error}")
                 rerun = "off"
-        return Recorder(
+        make = partial(
+            Recorder,
             world,
-            directory,
             scene=scene,
             topics=topics,
             rerun=rerun,
@@ -81,6 +89,13 @@ class Simulator:
             snapshot_interval=values["snapshot_interval"],
             **_log_options(values),
         )
+        if not parent:
+            return make(directory=None)
+        while True:
+            try:
+                return make(directory=new_run_directory(parent))
+            except FolderExistsError:  # another node began a run in the same second
+                continue
 
     def _connect(self, world: Any, values: dict[str, Any]) -> None:
         self._world = world
@@ -116,13 +131,19 @@ class Simulator:
             further = SimulationInterfaces(self.loop, self.perform, *messages)
             further.offer(self._node)
             self._services.append(further)
-        self._thread = threading.Thread(target=self.loop.run, name="physics")
+        self.recorder.outputs.running = lambda: self.loop.state
+        self.publishing.stands_still = lambda: self.loop.stands_still
+        self.loop.held = True
+        self._thread = threading.Thread(target=self.loop.run, name="physics", daemon=True)
+        self._thread.start()  # it answers orders from now on; time waits for `activate`
 
     def perform(self, name: str, **arguments: Any) -> None:
         """Change the world, log it and say so; topics follow the bodies. In the physics thread.
 
         Raises ValueError or KeyError when the change is not possible; then nothing has changed.
         """
+        if name == "add_body":
+            self.recorder.outputs.check_name(str(arguments["description"]["name"]))
         before = self._world.bodies
         self.publishing.perform(name, **arguments)
         if name in CHANGE_BODIES and self._world.bodies != before:
@@ -137,11 +158,8 @@ class Simulator:
 
     def activate(self) -> None:
         """Let the simulation run; it begins at the first call."""
-        if self._thread.ident is None:
-            self._subscribing.start()
-            self._thread.start()
-        else:
-            self.loop.commands.ask("hold", False)
+        self._subscribing.start()
+        self.loop.commands.ask("hold", False)
 
     def deactivate(self) -> None:
         """Let time stand still until `activate`."""
@@ -150,8 +168,9 @@ class Simulator:
     def close(self) -> BaseException | None:
         """End the simulation and close its log. Returns what broke it, if anything did."""
         self.loop.stop()
+        self._thread.join(LONGEST_STEP)
         if self._thread.is_alive():
-            self._thread.join()
+            return self._give_up()
         self._subscribing.stop()
         self.publishing.finish()
         error = self.loop.error
@@ -162,6 +181,14 @@ class Simulator:
         for part in (self._subscribing, self.publishing, *self._services):
             part.destroy(self._node)
         return error
+
+    def _give_up(self) -> BaseException:
+        """A step doesn't come to its end: keep what is logged. The process can only be left now."""
+        self.recorder.abandon()
+        return StuckError(
+            f"a step has taken more than {LONGEST_STEP:g} s and is given up; what was logged before it "
+            "is kept: look for huge forces or speeds"
+        )
 
     def parameters_changed(self, changes: list[Parameter]) -> None:
         """Parameters have new values, checked before."""

@@ -6,9 +6,15 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from typing import Any
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)  # that end a node
+# That end a node; the last comes when its terminal is closed, unless nohup keeps it away.
+SIGNALS = tuple(
+    number
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN
+)
 
 
 class StartError(RuntimeError):
@@ -45,6 +51,21 @@ def _starts_with_rclpy() -> bool:
     program = "from rclpy.impl.implementation_singleton import rclpy_implementation"
     tried = subprocess.run([sys.executable, "-c", program], capture_output=True, check=False)
     return tried.returncode == 0
+
+
+def check_arguments(arguments: Sequence[str] | None) -> None:
+    """Raises StartError for what ROS would pass over without a word."""
+    left, of_ros = [], False
+    for word in sys.argv[1:] if arguments is None else arguments:
+        if word in ("--ros-args", "--"):
+            of_ros = word == "--ros-args"
+        elif not of_ros:
+            left.append(word)
+    if left:
+        raise StartError(
+            f"{left[0]} is no argument of a node: parameters are given as --ros-args -p NAME:=VALUE, and "
+            "docs/ros.md lists them"
+        )
 
 
 def ignore_signals() -> None:

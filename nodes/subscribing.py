@@ -52,7 +52,7 @@ class Subscribing:
         node: Node,
         inputs: Inputs,
         commands: CommandQueue,
-        publishers: Callable[[], list[Publisher]],
+        publishers: Callable[[], list[tuple[Publisher, str]]],
     ) -> None:
         self._node = node
         self._inputs = inputs
@@ -66,7 +66,9 @@ class Subscribing:
         # A subscription must not be destroyed while it is waited for: this ends the wait.
         self._guard = node.create_guard_condition(lambda: None, callback_group=self._group)
         self.fit()
-        self._watch = GraphWatch(node, lambda: [*self._subscriptions.values(), *publishers()])
+        self._watch = GraphWatch(
+            node, lambda: [*self._with_contents(), *publishers()], lambda: inputs.bodies
+        )
         self._thread = threading.Thread(target=self._run, name="inputs", daemon=True)
 
     def fit(self) -> None:
@@ -92,8 +94,9 @@ class Subscribing:
         )
 
     def start(self) -> None:
-        """Begin to take messages."""
-        self._thread.start()
+        """Begin to take messages, if that hasn't been done."""
+        if self._thread.ident is None:
+            self._thread.start()
 
     def stop(self) -> None:
         """End the thread."""
@@ -107,6 +110,14 @@ class Subscribing:
         for subscription in (*self._subscriptions.values(), *self._leaving):
             node.destroy_subscription(subscription)
         node.destroy_guard_condition(self._guard)
+
+    def _with_contents(self) -> list[tuple[Subscription, str]]:
+        subscriptions = self._subscriptions
+        return [
+            (subscriptions[t.name], t.content)
+            for t in self._inputs.topics
+            if t.name in subscriptions
+        ]
 
     def _never_called(self, data: bytes) -> None:
         raise AssertionError("input subscriptions are read by the input thread")

@@ -214,6 +214,16 @@ class Body:
     def spinning_friction(self, value: float) -> None:
         self.set_material(spinning_friction=value)
 
+    @property
+    def layer(self) -> int:
+        """32 bits: the collision layers the body is in."""
+        return self._core()._filter(self._row).layer
+
+    @property
+    def mask(self) -> int:
+        """32 bits: the layers whose bodies it may touch, if they may touch its own."""
+        return self._core()._filter(self._row).mask
+
     def set_material(self, **values: float) -> None:
         """Sets several of the coefficients above at once. Raises `SceneError`; then none is set."""
         core = self._core()

@@ -62,7 +62,9 @@ def vector(body: str | None, field: str, value: Any, size: int = 3, unit: str = 
     return array
 
 
-def whole_number(field: str, value: Any, least: int, most: int = 2**31 - 1) -> int:
+def whole_number(
+    field: str, value: Any, least: int, most: int = 2**31 - 1, body: str | None = None
+) -> int:
     """A whole number within [least, most]; a float is none, however whole."""
     good = not isinstance(value, (bool, np.bool_)) and hasattr(value, "__index__")
     try:
@@ -71,7 +73,7 @@ def whole_number(field: str, value: Any, least: int, most: int = 2**31 - 1) -> i
         number = least - 1
     if not least <= number <= most:
         rule = f"≥ {least}" if number < least else f"from {least} to {most}"
-        raise SceneError.about(None, field, value, f"a whole number {rule}")
+        raise SceneError.about(body, field, value, f"a whole number {rule}")
     return number
 
 

@@ -233,8 +233,8 @@ def _parse_part(text: str, source: str, rule: dict[str, Any]) -> dict[str, Any]:
     schema = {"$defs": scene_schema()["$defs"], **rule}
     try:
         data: dict[str, Any] = located_yaml.parse(text, source, schema).data
-    except ValueError as error:
-        raise SceneError(str(error)) from None
+    except ValueError as error:  # a text is no file
+        raise SceneError(str(error).replace(": the file is empty", ": the text is empty")) from None
     if "file" in str(data.get("shape")):
         _no_files(data["shape"], data.get("name", source))
     return data

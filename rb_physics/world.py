@@ -138,6 +138,8 @@ class World(_core.World):
         static_friction: float | None = None,
         rolling_friction: float = 0.0,
         spinning_friction: float = 0.0,
+        layer: int = 1,
+        mask: int = 0xFFFFFFFF,
         frames: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     ) -> Body:
         """Adds a body and returns its handle.
@@ -156,6 +158,8 @@ class World(_core.World):
                 the same).
             restitution: in [0, 1].
             rolling_friction, spinning_friction: m, ≥ 0.
+            layer, mask: 32 bits each. Two bodies touch only if each one's mask has a bit of the
+                other's layer.
             frames: further fixed frames: name -> (position (3,), orientation (4,)).
 
         Raises:
@@ -203,6 +207,10 @@ class World(_core.World):
                 body=name,
                 field="angular_velocity",
             )
+        collide = _core.CollisionFilter(
+            checks.whole_number("layer", layer, 0, 0xFFFFFFFF, body=name),
+            checks.whole_number("mask", mask, 0, 0xFFFFFFFF, body=name),
+        )
         total, com, moments = mass_properties(
             name, shape, type, mass, density, inertia, center_of_mass
         )
@@ -212,7 +220,7 @@ class World(_core.World):
             )
         parsed = _frames(name, frames)
         row = self._add(
-            shape, name, _TYPES[type], total, com, moments, x, q, v, w, material, particle
+            shape, name, _TYPES[type], total, com, moments, x, q, v, w, material, collide, particle
         )
         body = Body(self, row, name, type, shape, parsed)
         self._bodies.append(body)
@@ -241,6 +249,7 @@ class World(_core.World):
                 np.zeros(3),
                 np.zeros(3),
                 self._material(body._row),
+                self._filter(body._row),
                 isinstance(body.shape, _core.Particle),
             )
             handle = Body(twin, row, body.name, body.type, body.shape, dict(body.frames))

@@ -11,7 +11,7 @@ import math
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 
-from .running import run
+from .running import number, run
 
 
 class ForceSensor(Node):
@@ -20,9 +20,9 @@ class ForceSensor(Node):
     def __init__(self) -> None:
         super().__init__("force_sensor")
         topic = self.declare_parameter("topic", "/sim_node/bodies/crate/contact_wrench").value
-        self._expected = float(self.declare_parameter("expected", 9.81).value)
-        self._tolerance = float(self.declare_parameter("tolerance", 0.05).value)
-        self._span = float(self.declare_parameter("span", 1.0).value)
+        self._expected = number(self, "expected", 9.81)
+        self._tolerance = number(self, "tolerance", 0.05)
+        self._span = number(self, "span", 1.0, above=0.0)
         self._impulse = [0.0, 0.0, 0.0]
         self._begin = self._last = math.nan
         self.create_subscription(WrenchStamped, topic, self._read, 100)

@@ -15,6 +15,8 @@ from geometry_msgs.msg import Vector3, WrenchStamped
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
+from .running import number
+
 KEYS = {  # key -> direction of force, direction of torque
     "w": ((1, 0, 0), (0, 0, 0)),
     "s": ((-1, 0, 0), (0, 0, 0)),
@@ -34,8 +36,8 @@ class KeyboardWrench(Node):
         super().__init__("keyboard_wrench")
         topic = self.declare_parameter("topic", "/sim_node/bodies/ball/wrench").value
         self._frame = self.declare_parameter("frame", "world").value
-        self._force = float(self.declare_parameter("force", 10.0).value)
-        self._torque = float(self.declare_parameter("torque", 1.0).value)
+        self._force = number(self, "force", 10.0)
+        self._torque = number(self, "torque", 1.0)
         self._publisher = self.create_publisher(WrenchStamped, topic, 10)
 
     def press(self, key: str) -> None:

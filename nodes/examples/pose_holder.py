@@ -13,7 +13,7 @@ from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
 from rclpy.node import Node
 
-from .running import run
+from .running import number, numbers, run
 
 
 class PoseHolder(Node):
@@ -23,14 +23,12 @@ class PoseHolder(Node):
         super().__init__("pose_holder")
         body = self.declare_parameter("body", "crate").value
         simulator = self.declare_parameter("simulator", "/sim_node").value
-        self._position = np.array(self.declare_parameter("position", [0.0, 0.0, 1.0]).value)
-        self._orientation = np.array(
-            self.declare_parameter("orientation", [0.0, 0.0, 0.0, 1.0]).value
-        )
-        self._mass = float(self.declare_parameter("mass", 1.0).value)
-        inertia = float(self.declare_parameter("inertia", 0.01).value)
-        omega = 2 * np.pi * float(self.declare_parameter("frequency", 2.0).value)
-        self._gravity = np.array(self.declare_parameter("gravity", [0.0, 0.0, -9.81]).value)
+        self._position = np.array(numbers(self, "position", [0.0, 0.0, 1.0]))
+        self._orientation = np.array(numbers(self, "orientation", [0.0, 0.0, 0.0, 1.0]))
+        self._mass = number(self, "mass", 1.0, above=0.0)
+        inertia = number(self, "inertia", 0.01, above=0.0)
+        omega = 2 * np.pi * number(self, "frequency", 2.0, above=0.0)
+        self._gravity = np.array(numbers(self, "gravity", [0.0, 0.0, -9.81]))
         self._stiffness = (self._mass * omega**2, inertia * omega**2)
         self._damping = (2 * self._mass * omega, 2 * inertia * omega)
         self._publisher = self.create_publisher(

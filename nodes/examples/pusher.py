@@ -10,23 +10,23 @@ from geometry_msgs.msg import Wrench, WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from .running import follow_sim_time, run, vector
+from .running import follow_sim_time, number, run, vector
 
 
 class Pusher(Node):
-    """See the module's text; parameters topic, frame, force, torque, start, duration, rate."""
+    """See the module's text; parameters topic, frame, force (N), torque (N m), start, duration (s), rate."""
 
     def __init__(self) -> None:
         super().__init__("pusher")
         topic = self.declare_parameter("topic", "/sim_node/bodies/ball/wrench").value
         self._frame = self.declare_parameter("frame", "world").value
         self._wrench = Wrench(
-            force=vector(self, "force", [10.0, 0.0, 0.0], "N, along the axes of frame"),
-            torque=vector(self, "torque", [0.0, 0.0, 0.0], "N m, along the axes of frame"),
+            force=vector(self, "force", [10.0, 0.0, 0.0]),
+            torque=vector(self, "torque", [0.0, 0.0, 0.0]),
         )
-        self._start = float(self.declare_parameter("start", 0.0).value)
-        self._duration = float(self.declare_parameter("duration", 1.0).value)
-        rate = float(self.declare_parameter("rate", 50.0).value)
+        self._start = number(self, "start", 0.0)
+        self._duration = number(self, "duration", 1.0)
+        rate = number(self, "rate", 50.0, above=0.0)
         follow_sim_time(self)
         self._publisher = self.create_publisher(WrenchStamped, topic, 10)
         self._pushing = False

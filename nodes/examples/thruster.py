@@ -9,7 +9,7 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from .running import follow_sim_time, run, vector
+from .running import follow_sim_time, number, run, vector
 
 
 class Thruster(Node):
@@ -19,10 +19,10 @@ class Thruster(Node):
         super().__init__("thruster")
         topic = self.declare_parameter("topic", "/sim_node/bodies/crate/wrench").value
         self._frame = self.declare_parameter("frame", "crate/thruster").value
-        self._thrust = vector(self, "thrust", [0.0, 0.0, 5.0], "N, along the axes of frame")
-        self._on_for = float(self.declare_parameter("on_for", 1.0).value)
-        self._off_for = float(self.declare_parameter("off_for", 1.0).value)
-        rate = float(self.declare_parameter("rate", 100.0).value)
+        self._thrust = vector(self, "thrust", [0.0, 0.0, 5.0])
+        self._on_for = number(self, "on_for", 1.0)
+        self._off_for = number(self, "off_for", 1.0)
+        rate = number(self, "rate", 100.0, above=0.0)
         follow_sim_time(self)
         self._publisher = self.create_publisher(WrenchStamped, topic, 10)
         self.create_timer(1.0 / rate, self._fire, clock=Clock(clock_type=ClockType.STEADY_TIME))

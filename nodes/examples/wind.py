@@ -16,19 +16,19 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
-from .running import follow_sim_time, run, vector
+from .running import follow_sim_time, number, run, vector
 
 
 class Wind(Node):
-    """Parameters simulator, force, gust (relative), gust_period, rate."""
+    """Parameters simulator, force (N on each body, world axes), gust (relative), gust_period, rate."""
 
     def __init__(self) -> None:
         super().__init__("wind")
         self._simulator = self.declare_parameter("simulator", "/sim_node").value
-        self._force = vector(self, "force", [0.5, 0.0, 0.0], "N on each body, world axes")
-        self._gust = float(self.declare_parameter("gust", 0.3).value)
-        self._period = float(self.declare_parameter("gust_period", 4.0).value)
-        rate = float(self.declare_parameter("rate", 20.0).value)
+        self._force = vector(self, "force", [0.5, 0.0, 0.0])
+        self._gust = number(self, "gust", 0.3)
+        self._period = number(self, "gust_period", 4.0, above=0.0)
+        rate = number(self, "rate", 20.0, above=0.0)
         follow_sim_time(self)
         self._bodies: list[Publisher] = []
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

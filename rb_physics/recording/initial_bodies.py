@@ -38,6 +38,7 @@ def _recipe(body: Any) -> dict[str, Any]:
 
     recipe: dict[str, Any] = {"shape": body.shape, "type": body.type, "name": body.name}
     recipe |= {field: getattr(body, field) for field in MATERIAL}
+    recipe |= {"layer": body.layer, "mask": body.mask}
     recipe |= {"position": body.position, "orientation": body.orientation}
     recipe["frames"] = dict(body.frames)
     if body.type == "dynamic":

@@ -14,7 +14,7 @@ from .palette import FORCE, RGBA, ForceArrows, body_colors, typical_radius
 from .quaternions import multiply, rotate
 
 ARROW, CUBE, SPHERE, CYLINDER, TRIANGLE_LIST = 0, 1, 2, 3, 11
-_ADD, _DELETE = 0, 2
+_ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _PLANE_SIZE = 40.0  # in typical body radii: a half-space is drawn as a square this wide
 _IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -48,11 +48,19 @@ def _marker(
 class MarkerEncoder:
     """Bodies (namespace "bodies") and one arrow per contact force ("contact_forces").
 
-    Forces of zero have no arrow; arrows of earlier messages are deleted when contacts go.
+    Forces of zero have no arrow; arrows of earlier messages are deleted when contacts go. `anew`: the
+    bodies are others now, and the first message deletes all that was drawn before.
     """
 
-    def __init__(self, frame_id: str, bodies: Sequence[BodyDescription], arrows: ForceArrows):
+    def __init__(
+        self,
+        frame_id: str,
+        bodies: Sequence[BodyDescription],
+        arrows: ForceArrows,
+        anew: bool = False,
+    ) -> None:
         self._arrows = arrows
+        self._anew = anew
         self._shaft = 0.08 * typical_radius(bodies)
         self._arrows_before = 0
         self._build_bodies(frame_id, bodies)
@@ -126,8 +134,10 @@ class MarkerEncoder:
         )
 
     def _encode_arrows(self, time_ns: int, points: NDArray, forces: NDArray) -> NDArray:
+        anew, self._anew = self._anew, False
+        first = int(anew)  # a marker that deletes all comes before the arrows
         count = len(points)
-        total = max(count, self._arrows_before)
+        total = first + max(count, self._arrows_before)
         block = np.empty((total, len(self._arrow)), np.uint8)
         block[:] = self._arrow
 
@@ -138,11 +148,12 @@ class MarkerEncoder:
         sec, nanosec = split_stamp(time_ns)
         for offset in self._stamps_at:
             column(offset, "<u4", 2)[:] = (sec & 0xFFFFFFFF, nanosec)
-        column(self._id_at, "<i4", 1)[:, 0] = np.arange(total)
-        column(self._action_at, "<i4", 1)[count:] = _DELETE
+        column(self._id_at, "<i4", 1)[:, 0] = np.arange(total) - first
+        column(self._action_at, "<i4", 1)[first + count :] = _DELETE
+        column(self._action_at, "<i4", 1)[:first] = _DELETE_ALL
         ends = column(self._points_at, "<f8", 6)
-        ends[:count, :3] = points
-        ends[:count, 3:] = points + self._arrows.vectors(forces)
+        ends[first : first + count, :3] = points
+        ends[first : first + count, 3:] = points + self._arrows.vectors(forces)
         self._arrows_before = count
         return block
 

@@ -39,6 +39,10 @@ class RecordingError(ValueError):
     """A recording that can't be made or read; one sentence that says what to do."""
 
 
+class FolderExistsError(RecordingError):
+    """The folder of a recording exists already."""
+
+
 class LogTopic(NamedTuple):
     """A topic of the bag."""
 
@@ -384,7 +388,7 @@ def _make_folder(directory: Path) -> None:
         directory.parent.mkdir(parents=True, exist_ok=True)
         directory.mkdir()
     except FileExistsError:
-        raise RecordingError(
+        raise FolderExistsError(
             f"recording folder {directory} exists already and is never overwritten: choose another "
             "name or remove it"
         ) from None

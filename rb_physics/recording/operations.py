@@ -37,6 +37,7 @@ from .initial_bodies import InitialBodies
 
 CHANGE_BODIES = ("add_body", "remove_body", "reset", "reset_state")  # the set of bodies may change
 RESETS = ("reset", "reset_state", "reset_time", "restore")  # time or state jumps
+_GREATEST = 1e20  # m, m/s, rad/s; a state with more can't be stepped
 _STATE = ("position", "orientation", "linear_velocity", "angular_velocity")
 
 
@@ -105,6 +106,8 @@ class Operations:
         state = {key: given.pop(key) for key in _STATE if key in given}
         for key, value in state.items():
             (checks.quaternion if key == "orientation" else checks.vector)(body, key, value)
+            if max(map(abs, value)) > _GREATEST:
+                raise checks.SceneError.about(body, key, value, f"{_GREATEST:g} at most")
             if key.endswith("velocity") and target.type == "static":
                 target._not_static(key)
         if given:

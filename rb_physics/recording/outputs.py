@@ -20,6 +20,8 @@ from .topics import LATCHED, SENSORS, Topic, TopicTable
 from .urdf import scene_urdf
 from .worst_steps import WorstSteps
 
+# What shows the state at one moment, and no mean or maximum over an interval.
+OF_A_MOMENT = ("clock", "poses", "pose", "odometry", "tf", "contacts", "markers")
 Message = tuple[str, bytes]  # topic name, serialised message
 Status = tuple[int, str, str, str, dict[str, object]]  # as encoders.encode_diagnostics takes it
 
@@ -51,8 +53,10 @@ class _Group:
     def __init__(self, topics: list[Topic], encode: Callable[[int], list[bytes]]) -> None:
         self.names = [topic.name for topic in topics]
         self.period_ns = 1e9 / topics[0].rate if topics[0].rate > 0 else 0.0
+        self.content = topics[0].content
         self.encode = encode
         self.next_ns = 0.0
+        self.last_ns = -1  # time of the last message
 
 
 class Outputs:
@@ -62,13 +66,21 @@ class Outputs:
         """Raises TopicError when the table doesn't fit the world's bodies."""
         self._world, self._table, self._node_name = world, table, node_name
         self.statuses: Callable[[], Sequence[Status]] | None = None  # the caller's diagnostics
+        self.running: Callable[[], tuple[int, str]] = lambda: (0, "running")  # level and text
         self._sums = ContactSums(world)
         self.worst = WorstSteps(world)
+        self._rebuilt = False
         self._build(strict=True)
         self.restart()
 
+    def check_name(self, body: str) -> None:
+        """Raises TopicError for the name of a body to be added whose topics ROS would not take."""
+        taken = {topic.name for topic in self.topics if topic.body != body}
+        self._table.check_name(body, self._node_name, taken)
+
     def rebuild(self) -> None:
         """Call after bodies were added or removed; new topics are in `topics` afterwards."""
+        self._rebuilt = True
         self._build(strict=False)
         self._schedule()
 
@@ -131,9 +143,31 @@ class Outputs:
         for group in self._groups:
             if late >= group.next_ns or everything:
                 messages.extend(zip(group.names, group.encode(now), strict=True))
-                group.next_ns = self._next(group, now)
+                group.next_ns, group.last_ns = self._next(group, now), now
         self._earliest = min((group.next_ns for group in self._groups), default=math.inf)
         return messages
+
+    def present(self) -> list[Message]:
+        """The state at the world's present time in the topics that have not sent it yet, and the
+        diagnostics: for when time stands still between two outputs. Nothing that is due changes."""
+        now = self._time_ns()
+        messages: list[Message] = []
+        for group in self._groups:
+            of_a_moment = group.content in OF_A_MOMENT and group.last_ns != now
+            if of_a_moment or group.content == "diagnostics":
+                messages.extend(zip(group.names, group.encode(now), strict=True))
+                group.last_ns = now
+        return messages
+
+    def diagnostics(self) -> list[Message]:
+        """Those of now, due or not."""
+        now = self._time_ns()
+        return [
+            message
+            for group in self._groups
+            if group.content == "diagnostics"
+            for message in zip(group.names, group.encode(now), strict=True)
+        ]
 
     def latched(self) -> list[Message]:
         """The transient_local topics: to be sent at the start and after `rebuild`."""
@@ -221,7 +255,7 @@ class Outputs:
     def _markers_encoder(self, topics: list[Topic]) -> Callable[[int], list[bytes]]:
         world = self._world
         arrows = ForceArrows.of(self.bodies, float(np.linalg.norm(world.settings.gravity)))
-        encoder = MarkerEncoder(topics[0].frame, self.bodies, arrows)
+        encoder = MarkerEncoder(topics[0].frame, self.bodies, arrows, anew=self._rebuilt)
 
         def encode(now: int) -> list[bytes]:
             contacts = world.contacts
@@ -265,7 +299,8 @@ class Outputs:
             stats = world.stats
             numbers = {k: getattr(stats, k) for k in dir(stats) if not k.startswith("_")}
             values = {"step": world.step_count, "bodies": len(self.bodies), **numbers}
-            statuses: list[Status] = [(0, f"{name}: physics", "running", "", values)]
+            level, text = self.running()
+            statuses: list[Status] = [(level, f"{name}: physics", text, "", values)]
             if self.statuses is not None:
                 statuses.extend(self.statuses())
             return [encoders.encode_diagnostics(now, statuses)] * len(topics)

@@ -264,6 +264,15 @@ class Recorder:
         if self._view is not None:
             self._view.close()
 
+    def abandon(self) -> None:
+        """Ends the recording without a look at the world, which may be in the midst of a step."""
+        if self._log is not None:
+            if not self._log.closed:
+                self._write(self._take_hashes(self._last_log_time))
+            self._log.close({"steps": str(self.step)})
+            if self._view is not None:
+                self._view.close()
+
     def __enter__(self) -> Recorder:
         return self
 

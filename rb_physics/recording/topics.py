@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -98,6 +98,12 @@ class Topic:
     bodies: tuple[str, ...] = ()  # cmd_tf: the bodies it drives
 
 
+LONGEST_NAME = 247  # characters of a topic's name, which ROS takes
+# Below the node: what it publishes or logs without an entry.
+RESERVED = ("bodies", "state_hash", "snapshots", "operations", "held_wrenches", "events")
+_SHARED = ("tf", "tf_static", "cmd_tf")  # many publish and read these topics
+
+
 @dataclass(frozen=True)
 class TopicEntry:
     """One entry of a topics file; `name` may hold NAME and start with ~/."""
@@ -134,7 +140,7 @@ class TopicTable:
         """
         known = {body.name: body for body in bodies}
         topics: list[Topic] = []
-        seen: dict[tuple[str, str], TopicEntry] = {}
+        seen: dict[str, TopicEntry] = {}
         follows_tf = any(e.content == "cmd_tf" and e.bodies != () for e in self.entries)
         for entry in self.entries:
             if entry.content == "cmd_tf" and not follows_tf:
@@ -146,7 +152,13 @@ class TopicTable:
                     topic = replace(topic, bodies=tuple(driven))
                 if not self._has_frames(entry, topic, known, strict):
                     continue
-                first = seen.setdefault((topic.direction, topic.name), entry)
+                if len(topic.name) > LONGEST_NAME and strict:
+                    raise TopicError(
+                        f"{self.source}:{entry.line}: topic {topic.name[:40]}… has {len(topic.name)} "
+                        f"characters; ROS takes {LONGEST_NAME}: shorten it, or the name of the body"
+                    )
+                once = "" if entry.content not in _SHARED else topic.direction
+                first = seen.setdefault(once + topic.name, entry)
                 if first is not entry:
                     raise TopicError(
                         f"{self.source}:{entry.line}: topic {topic.name} is already defined in line "
@@ -154,6 +166,25 @@ class TopicTable:
                     )
                 topics.append(topic)
         return topics
+
+    def check_name(self, body: str, node_name: str, taken: Collection[str]) -> None:
+        """Raises TopicError for the name of a body whose topics ROS would not take, or are `taken`."""
+        for entry in self.entries:
+            if CONTENT[entry.content][2]:
+                name = self._topic(entry, body, body, node_name).name
+                own = name.removeprefix("/" + node_name.strip("/") + "/")
+                if name in taken or own in RESERVED:
+                    raise TopicError(
+                        f"a body named {body} would have the topic {name}, which is another one "
+                        "already: choose another name"
+                    )
+                length = len(name)
+                if length > LONGEST_NAME:
+                    raise TopicError(
+                        f"the name {body[:20]}… of a body has {len(body)} characters, so that its topic "
+                        f"{entry.name} would have {length}, and ROS takes {LONGEST_NAME}: choose a "
+                        "shorter one"
+                    )
 
     def _topic(
         self, entry: TopicEntry, body: str | None, other: str | None, node_name: str
@@ -308,6 +339,8 @@ def _entry(document: Document, row: int) -> TopicEntry:
         line = document.line(("topics", row, field_name))
         raise TopicError(f"{document.name}:{line}: topic {raw['name']}: {field_name}: {sentence}")
 
+    if raw["name"].startswith("~/") and raw["name"][2:] in RESERVED:
+        refuse("name", "is one of the node's and the log's own; choose another")
     if raw["type"] != message_type:
         refuse("type", f"{content} is sent as {message_type}, not {raw['type']}")
     if raw["direction"] != direction:

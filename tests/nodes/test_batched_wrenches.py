@@ -4,7 +4,7 @@ import math
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseArray, Wrench, WrenchStamped
+from geometry_msgs.msg import PoseArray, Transform, Wrench, WrenchStamped
 from harness import inputs_status, operations_on, wait_for
 from sensor_msgs.msg import MultiDOFJointState
 from std_msgs.msg import String
@@ -103,7 +103,14 @@ def test_it_is_a_source_of_its_own_and_lets_go_of_bodies_it_no_longer_names(simu
         assert max(speeds) - min(speeds) < 1e-9
 
 
+def with_a_transform():
+    message = batch("world", a=(1.0, 0.0, 0.0))
+    message.transforms.append(Transform())
+    return message
+
+
 BAD = [
+    (with_a_transform(), "transforms has 1 entries, but must stay empty", "value"),
     (batch("world", nobody=(1.0, 0.0, 0.0)), "no dynamic body 'nobody'; there are a, b", "body"),
     (batch("world", ground=(1.0, 0.0, 0.0)), "no dynamic body 'ground'", "body"),
     (batch("world", a=(math.nan, 0.0, 0.0), b=(1.0, 0.0, 0.0)), "must be finite", "value"),

@@ -199,3 +199,22 @@ def test_a_run_in_which_bodies_come_and_go_verifies(simulator, tmp_path):
     echoed = [json.loads(message.data) for message in bodies.operations]
     assert [op["step"] for op in echoed if op["name"] in ("reset", "reset_state")] == resets
     assert (echoed[-1]["name"], echoed[-1]["step"]) == ("add_body", steps - 40)
+
+
+@pytest.mark.parametrize("by_service", [False, True])
+def test_a_name_too_long_for_a_topic_is_refused_and_the_node_goes_on(simulator, by_service):
+    sim = simulator()
+    text = f"{{name: {'a' * 230}, shape: {{type: sphere, radius: 0.1}}, mass: 1}}"
+    words = "ROS takes 247: choose a shorter one"
+    if by_service:
+        value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=text)
+        request = SetParameters.Request(parameters=[Parameter(name="body", value=value)])
+        sim.client.call(SetParameters, "/sim_node/set_parameters", request)
+        answer = sim.client.call(Trigger, "/sim_node/spawn")
+        assert not answer.success
+        assert words in answer.message
+    else:
+        sim.client.publisher(String, "/sim_node/spawn").publish(String(data=text))
+        wait_for(lambda: words in sim.node.output, "the refusal")
+    assert sim.client.call(SetBool, "/sim_node/pause", SetBool.Request(data=True)).success
+    assert sim.node.stop() == 0

@@ -21,3 +21,13 @@ def test_texts_are_told_once_and_floods_are_counted(monkeypatch):
     complain("wrench", "map")
     left_out = 6 + 100 - (MOST_TEXTS - 3)
     assert told[-1] == f"map ({left_out} refused since the last line)"
+
+
+def test_what_others_send_cannot_break_or_flood_a_line():
+    said = []
+    complain = Complaints(said.append)
+    complain("topic", "no body 'a\n[ERROR] forged\x1b[31m'")
+    assert said == [r"no body 'a\n[ERROR] forged\x1b[31m'"]
+    complain("topic", "x" * 20_000)
+    assert len(said[1]) < 1100
+    assert said[1].endswith("… (20000 characters)")

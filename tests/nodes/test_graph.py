@@ -2,7 +2,9 @@
 
 from geometry_msgs.msg import PoseArray, WrenchStamped
 from harness import NodeProcess, operations_on, parameters, wait_for
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -80,3 +82,28 @@ def test_ten_publishers_on_one_body_are_reported_and_the_last_message_counts(sim
 
     applied = wait_for(all_accounted_for, "the last messages to act")
     assert {operation["arguments"]["source"] for operation in applied} == {0}  # none adds up
+
+
+def test_a_deadline_and_a_liveliness_that_are_not_offered_are_named(simulator):
+    sim = simulator()
+    for profile in (
+        QoSProfile(depth=1, deadline=Duration(nanoseconds=10**7)),
+        QoSProfile(
+            depth=1,
+            liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
+            liveliness_lease_duration=Duration(seconds=1),
+        ),
+    ):
+        sim.client.node.create_subscription(PoseArray, "/sim_node/poses", lambda _: None, profile)
+    for policy in ("DEADLINE", "LIVELINESS"):
+        words = f"on /sim_node/poses gets no messages: incompatible policy: {policy}"
+        wait_for(lambda words=words: words in sim.node.output, "a line about it")
+
+
+def test_a_publisher_for_no_body_and_a_second_clock_are_told(simulator):
+    sim = simulator()
+    sim.client.node.create_publisher(WrenchStamped, "/sim_node/bodies/crete/wrench", 10)
+    sim.client.node.create_publisher(Clock, "/clock", 10)
+    words = "there is no body 'crete'; there are ground, crate, floater"
+    wait_for(lambda: words in sim.node.output, "a line about the body")
+    wait_for(lambda: "another publisher on /clock" in sim.node.output, "a line about the clock")

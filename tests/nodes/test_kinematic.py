@@ -82,14 +82,22 @@ def test_a_twist_is_kept_for_its_timeout_and_turns_with_the_body(simulator):
     assert last.position.y == pytest.approx(0.2 * (1 - math.cos(1.0)), rel=0.01)
 
 
+def stamped_by_the_wall_clock():
+    message = pose(1.0)
+    message.header.stamp.sec = 1_790_000_000
+    return message
+
+
 @pytest.mark.parametrize(
     ("message", "words"),
     [
         (pose(1.0, frame="pusher"), "header.frame_id must be one of world"),
         (pose(math.nan), "must be finite"),
         (PoseStamped(), "empty frame refused"),
+        (pose(1e30), "must be 1e+20 at most"),
+        (stamped_by_the_wall_clock(), "stamps are simulated time"),
     ],
-    ids=["frame", "nan", "empty"],
+    ids=["frame", "nan", "empty", "huge", "wall clock"],
 )
 def test_bad_poses_are_refused(simulator, message, words):
     sim = simulator()

@@ -4,9 +4,11 @@ from geometry_msgs.msg import PoseArray
 from harness import wait_for
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from rosbags.highlevel import AnyReader
 from rosgraph_msgs.msg import Clock
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
 
 def change(sim, transition):
@@ -62,3 +64,41 @@ def test_a_node_that_cannot_be_configured_says_why_and_stays_unconfigured(simula
     assert not change(sim, Transition.TRANSITION_CONFIGURE)
     assert state(sim) == "unconfigured"
     assert "missing.yaml does not exist" in sim.node.output
+
+
+def test_orders_and_parameters_are_answered_before_the_first_activation(simulator):
+    sim = simulator(autostart=False)
+    assert change(sim, Transition.TRANSITION_CONFIGURE)
+    request = SetParameters.Request(
+        parameters=[Parameter("wrench_timeout", value=0.5).to_parameter_msg()]
+    )
+    assert sim.client.call(SetParameters, "/sim_node/set_parameters", request).results[0].successful
+    assert sim.client.call(SetBool, "/sim_node/pause", SetBool.Request(data=True)).success
+    assert sim.client.call(Trigger, "/sim_node/reset").success
+    refused = sim.client.call(Trigger, "/sim_node/step")
+    assert refused.message == "the node is inactive: activate it first"
+    going_on = sim.client.call(SetBool, "/sim_node/pause", SetBool.Request(data=False))
+    assert going_on.message == "running at time 0 s, once the node is active"
+    clock = sim.client.collect(Clock, "/clock")
+    assert change(sim, Transition.TRANSITION_ACTIVATE)
+    wait_for(lambda: clock and clock[-1].clock.nanosec > 0, "time to run")
+    assert sim.node.stop() == 0
+
+
+def test_it_ends_at_a_signal_before_the_first_activation(simulator):
+    sim = simulator(autostart=False)
+    assert change(sim, Transition.TRANSITION_CONFIGURE)
+    assert sim.client.call(Trigger, "/sim_node/reset").success
+    assert sim.node.stop() == 0
+
+
+def test_configuring_again_says_why_it_fails(simulator, tmp_path):
+    runs = tmp_path / "runs"
+    sim = simulator(record_dir=runs)
+    wait_for(runs.exists, "the log")
+    assert change(sim, Transition.TRANSITION_DEACTIVATE)
+    assert change(sim, Transition.TRANSITION_CLEANUP)
+    runs.rename(tmp_path / "moved")
+    runs.write_text("")
+    assert not change(sim, Transition.TRANSITION_CONFIGURE)
+    wait_for(lambda: "runs is a file" in sim.node.output, "the reason")

@@ -2,7 +2,8 @@
 
 import itertools
 
-from geometry_msgs.msg import PoseArray
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseArray, WrenchStamped
 from harness import wait_for
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
@@ -108,3 +109,53 @@ def test_save_without_a_log_is_refused(simulator):
     refused = simulator(start_paused=True).client.call(Trigger, "/sim_node/save")
     assert not refused.success
     assert "start the node with record_dir" in refused.message
+
+
+def physics_status(diagnostics):
+    for message in reversed(diagnostics):
+        for status in message.status:
+            if status.name == "sim_node: physics":
+                return status
+    return None
+
+
+def test_what_stands_still_is_shown_as_it_stands(simulator):
+    sim = simulator(start_paused=True, step_count=3)
+    poses = sim.client.collect(PoseArray, "/sim_node/poses")
+    clock = sim.client.collect(Clock, "/clock")
+    for _ in range(3):
+        assert sim.client.call(Trigger, "/sim_node/step").success
+    wait_for(lambda: poses and poses[-1].header.stamp.nanosec == 9_000_000, "poses of 9 ms")
+    wait_for(lambda: clock and clock[-1].clock.nanosec == 9_000_000, "the clock at 9 ms")
+    late = sim.client.collect(PoseArray, "/sim_node/poses")
+    wait_for(lambda: late, "poses for a newcomer")
+    assert late[0].header.stamp.nanosec == 9_000_000
+
+
+def test_diagnostics_go_on_and_tell_what_the_node_does(simulator):
+    sim = simulator()
+    diagnostics = sim.client.collect(DiagnosticArray, "/sim_node/diagnostics")
+    wait_for(lambda: diagnostics and physics_status(diagnostics).message == "running", "running")
+    assert sim.client.call(SetBool, "/sim_node/pause", SetBool.Request(data=True)).success
+    wait_for(lambda: physics_status(diagnostics).message == "paused", "paused")
+    seen = len(diagnostics)
+    wait_for(lambda: len(diagnostics) > seen + 2, "more of them while paused")
+
+
+def test_diagnostics_tell_of_a_divergence(simulator):
+    sim = simulator()
+    diagnostics = sim.client.collect(DiagnosticArray, "/sim_node/diagnostics")
+    publisher = sim.client.publisher(WrenchStamped, "/sim_node/bodies/floater/wrench")
+    push = WrenchStamped()
+    push.header.frame_id, push.wrench.force.x = "world", 1e308
+    publisher.publish(push)
+
+    def told():
+        status = physics_status(diagnostics)
+        return status is not None and status.level == b"\x02" and status
+
+    status = wait_for(told, "an error status")
+    assert "paused: " in status.message
+    assert "floater" in status.message
+    assert sim.client.call(Trigger, "/sim_node/reset").success
+    wait_for(lambda: physics_status(diagnostics).message == "running", "running again")

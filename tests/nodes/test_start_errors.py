@@ -117,3 +117,54 @@ def test_middleware_that_is_not_installed(scene):
     assert done.returncode == 2
     assert "rmw_nowhere_cpp" in done.stderr and "RMW_IMPLEMENTATION" in done.stderr
     assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("module", ["sim_node", "replay_node"])
+def test_an_argument_that_ros_would_pass_over_is_refused(domain, module):
+    node = NodeProcess(f"rb_physics_nodes.{module}", ["scene:=demo"], domain)
+    try:
+        assert node.wait() == 2
+        assert "scene:=demo is no argument of a node" in node.output
+    finally:
+        node.close()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"nosuch": 1}, "there is no parameter 'nosuch'; the parameters are recording, rate"),
+        ({"loop": 3}, "parameter loop is 3, but must be a bool"),
+        ({"rate": 0, "start": 1}, "set the parameter recording"),  # whole numbers will do
+    ],
+)
+def test_parameters_of_replay_node_are_checked(domain, given, words):
+    node = NodeProcess("rb_physics_nodes.replay_node", parameters(**given), domain)
+    try:
+        assert node.wait() == 2
+        assert words in node.output
+        assert "Traceback" not in node.output
+    finally:
+        node.close()
+
+
+def test_nodes_started_in_the_same_second_have_a_log_each(domain, tmp_path, scene):
+    values = parameters(scene=scene, record_dir=tmp_path / "runs", duration=0.05)
+    nodes = [
+        NodeProcess("rb_physics_nodes.sim_node", [*values, "-r", f"__node:=sim_{i}"], domain)
+        for i in range(4)
+    ]
+    try:
+        assert [node.wait() for node in nodes] == [0] * 4, [node.output for node in nodes]
+        assert len(list((tmp_path / "runs").iterdir())) == 4
+    finally:
+        for node in nodes:
+            node.close()
+
+
+def test_a_topic_too_long_for_ros_is_named(domain, tmp_path):
+    name = "a" * 230
+    path = tmp_path / "scene.yaml"
+    path.write_text(f"bodies: [{{name: {name}, shape: {{type: sphere, radius: 0.1}}, mass: 1}}]")
+    assert "ROS takes 247: shorten it, or the name of the body" in start_and_fail(
+        domain, scene=path
+    )

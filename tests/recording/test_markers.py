@@ -90,6 +90,14 @@ def test_force_arrows_skip_zeros_and_stale_ones_are_deleted():
     assert all(m.ns == "bodies" for m in encode(encoder, forces[1:2]))
 
 
+def test_when_the_bodies_are_others_what_was_drawn_goes_first():
+    encoder = MarkerEncoder("world", BODIES, ForceArrows(0.1, 1e3), anew=True)
+    first, second = encode(encoder, np.ones((2, 3))), encode(encoder, np.ones((1, 3)))
+    assert [m.action for m in first] == [Marker.DELETEALL] + [Marker.ADD] * 10
+    assert [m.id for m in first[1:3]] == [0, 1]
+    assert [m.action for m in second] == [Marker.ADD, Marker.DELETE] + [Marker.ADD] * 8
+
+
 def test_large_forces_are_drawn_by_their_logarithm():
     arrows = ForceArrows(0.1, 20.0)
     forces = np.array([[0, 0, 10.0], [0, 20.0, 0], [20.0 * np.e, 0, 0], [0, 0, 0]])

@@ -39,6 +39,11 @@ void define_plain_data(py::module_& m) {
       .def_readwrite("rolling_friction", &Material::rolling_friction)
       .def_readwrite("spinning_friction", &Material::spinning_friction)
       .def_readwrite("restitution", &Material::restitution);
+  py::class_<CollisionFilter>(m, "CollisionFilter")
+      .def(py::init<std::uint32_t, std::uint32_t>(), py::arg("layer") = 1u,
+           py::arg("mask") = 0xffffffffu)
+      .def_readonly("layer", &CollisionFilter::layer)
+      .def_readonly("mask", &CollisionFilter::mask);
   py::class_<Settings>(m, "CoreSettings")
       .def(py::init<>())
       .def_property(

@@ -101,11 +101,12 @@ std::int32_t add(World& w, const Shape& shape, const std::string& name, BodyType
                  const MassProperties& mass, const InputArray& position,
                  const InputArray& orientation, const InputArray& linear_velocity,
                  const InputArray& angular_velocity, const Material& material,
-                 bool locked_rotation) {
+                 const CollisionFilter& filter, bool locked_rotation) {
   Body body;
   body.name = name;
   body.type = type;
   body.material = material;
+  body.filter = filter;
   body.center_of_mass = mass.center_of_mass;
   Inertia& in = body.inertia;
   if (type == BodyType::DYNAMIC) {
@@ -148,9 +149,10 @@ void define_world(py::module_& m) {
               const InputArray& center_of_mass, const InputArray& inertia,
               const InputArray& position, const InputArray& orientation,
               const InputArray& linear_velocity, const InputArray& angular_velocity,
-              const Material& material, bool locked) {
+              const Material& material, const CollisionFilter& filter, bool locked) {
              return add(w, shape, name, type, {mass, to_vec3(center_of_mass), to_mat3(inertia)},
-                        position, orientation, linear_velocity, angular_velocity, material, locked);
+                        position, orientation, linear_velocity, angular_velocity, material, filter,
+                        locked);
            })
       .def("_remove", &remove_body)
       .def_property_readonly(
@@ -371,6 +373,7 @@ void define_world(py::module_& m) {
            })
       .def("_asleep", [](const World& w, int i) { return w.bodies.at(i).asleep; })
       .def("_material", [](const World& w, int i) { return w.bodies.at(i).material; })
+      .def("_filter", [](const World& w, int i) { return w.bodies.at(i).filter; })
       .def("_mass_properties",
            [](const World& w, int i) {
              const Body& b = w.bodies.at(i);

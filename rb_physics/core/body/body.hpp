@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "body/applied_wrench.hpp"
+#include "body/collision_filter.hpp"
 #include "body/material.hpp"
 #include "body/state.hpp"
 #include "math/rotation.hpp"
@@ -23,6 +24,7 @@ struct Body {
   Inertia inertia;
   Vec3 center_of_mass = Vec3::Zero();  // m, body coordinates
   Material material;
+  CollisionFilter filter;
   Vec3 velocity = Vec3::Zero();    // m/s, of the centre of mass; kinematic bodies only
   Vec3 spin = Vec3::Zero();        // rad/s, world axes; kinematic bodies only
   std::optional<Pose> target;      // kinematic: pose of the body frame at the end of the next step

@@ -13,21 +13,12 @@
 #include <utility>
 #include <vector>
 
+#include "body/collision_filter.hpp"
 #include "collision/aabb_tree.hpp"
 #include "math/types.hpp"
 #include "shape/bvh.hpp"
 
 namespace rb {
-
-// Two bodies pair when each one's mask has the bit(s) of the other's layer.
-struct CollisionFilter {
-  std::uint32_t layer = 1;
-  std::uint32_t mask = 0xffffffffu;
-
-  bool accepts(const CollisionFilter& other) const {
-    return (layer & other.mask) != 0 && (other.layer & mask) != 0;
-  }
-};
 
 class BroadPhase {
  public:

@@ -21,9 +21,10 @@ void add_collider(World& world, const Shape& shape, const Pose& local, std::int3
   if (const auto* plane = std::get_if<HalfSpace>(&shape)) {
     const Pose pose = body.pose() * local;
     const Vec3 n = pose.rotate(plane->normal);
-    world.broad_phase.insert_half_space(n, plane->offset + n.dot(pose.position), {}, passive);
+    world.broad_phase.insert_half_space(n, plane->offset + n.dot(pose.position), body.filter,
+                                        passive);
   } else {
-    world.broad_phase.insert(bounding_box(shape, body.pose() * local), {}, passive);
+    world.broad_phase.insert(bounding_box(shape, body.pose() * local), body.filter, passive);
   }
   world.colliders.push_back(std::move(c));
 }
