@@ -23,6 +23,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from rb_physics_nodes.own_domain import use_own_domain
+
 from benchmarks.node_scenes import write_scene, write_topics
 
 PUSHED = 20  # bodies that get wrenches
@@ -136,8 +138,7 @@ def main() -> None:
     parser.add_argument("--no-body-topics", action="store_true", help="no topics of single bodies")
     parser.add_argument("--no-plain", action="store_true", help="without the plain node")
     options = parser.parse_args()
-    os.environ["ROS_DOMAIN_ID"] = str(100 + os.getpid() % 100)
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    use_own_domain()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         scene = write_scene(folder, options.bodies, 1.0 / options.hz)

@@ -8,7 +8,6 @@ exits with 0 only if the forces, the log and the processes were as they must be.
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import subprocess
 import sys
@@ -16,6 +15,7 @@ import time
 from pathlib import Path
 
 from .demo_report import Report
+from .own_domain import use_own_domain
 
 TOWER = "box_"
 START, DURATION, PUSH = 3.0, 10.0, 0.8  # simulated s: the push begins, the run ends, push lasts
@@ -29,9 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--record-dir", default="recordings", help="parent folder of the recording")
     parser.add_argument("--no-rerun", action="store_true", help="record the bag only")
     options = parser.parse_args(arguments)
-    # A domain of its own, on this machine only: neither hears other robots nor disturbs them.
-    os.environ["ROS_DOMAIN_ID"] = str(100 + os.getpid() % 100)
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    use_own_domain()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends like Ctrl-C
     before = set(_runs(options.record_dir))
     print("starting sim_node and, as a second process, the example node pusher")

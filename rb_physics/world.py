@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Never
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -141,6 +141,7 @@ class World(_core.World):
         layer: int = 1,
         mask: int = 0xFFFFFFFF,
         frames: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+        **unknown: Never,
     ) -> Body:
         """Adds a body and returns its handle.
 
@@ -165,6 +166,12 @@ class World(_core.World):
         Raises:
             SceneError: names the body, the field, the value and what is allowed.
         """
+        for field in unknown:
+            raise SceneError(
+                f"add_body has no argument {field!r}"
+                f"{checks.suggestion(field, World.add_body.__kwdefaults__ or ())}",
+                field=field,
+            )
         if name is None:
             index = len(self._bodies)
             while f"body_{index}" in self._by_name:

@@ -288,6 +288,10 @@ MESSAGES = [
     ),
     (lambda w: rb.load_scene("demo").build(dt=-1), "dt is -1; it must be a finite number > 0 (s)"),
     (lambda w: rb.load_scene("demo").build(dtt=1), "unknown setting 'dtt'; did you mean 'dt'?"),
+    (
+        lambda w: w.add_body(rb.Sphere(1), mass=1, frction=0.3),
+        "add_body has no argument 'frction'; did you mean 'friction'?",
+    ),
 ]
 
 

@@ -46,7 +46,8 @@ class Comparison(NamedTuple):
             return "\n".join([*lines, "identical poses"])
         parted = [b for b in self.bodies if b.parts_at is not None]
         if parted:
-            earliest = min(parted, key=lambda b: b.parts_at or 0.0)
+            # Of several at one logged moment the one that comes to differ most: it was pushed.
+            earliest = min(parted, key=lambda b: (b.parts_at or 0.0, -b.largest_distance))
             lines.append(f"they part at {earliest.parts_at:.3f} s, body {earliest.body} first")
             lines.append(
                 f"{'body':<20} {'parts at':>10} {'largest':>12} {'at':>10} {'at the end':>12}"

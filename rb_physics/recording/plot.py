@@ -49,8 +49,8 @@ def plot_comparison(first: str | Path, second: str | Path, png: str | Path) -> P
     apart = {name: of for name, of in distances(first, second).items() if of[1].any()}
     figure, axis = pyplot.subplots(figsize=(9, 5), layout="constrained")
     for name, (time, distance) in sorted(apart.items(), key=lambda e: -e[1][1].max())[:_MOST]:
-        drawn = distance > 0  # zero has no logarithm
-        axis.semilogy(time[drawn], distance[drawn], label=name)
+        # Zero has no logarithm: the curve is interrupted there.
+        axis.semilogy(time, np.where(distance > 0, distance, np.nan), label=name)
     axis.set_xlabel("time [s]")
     axis.set_ylabel("distance between positions [m]")
     axis.set_title(f"{Path(first).name} and {Path(second).name}")

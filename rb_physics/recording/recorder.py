@@ -91,8 +91,9 @@ class Recorder:
         Raises RecordingError, TopicError.
         """
         snapshot_interval = checked(
-            world, directory, scene, topics, node_name, rerun, snapshot_interval, custom_data
-        )
+            world, directory, scene, topics, node_name, rerun, snapshot_interval, custom_data,
+            initial, first, log_start, held_wrenches,
+        )  # fmt: skip
         check_log_options(log_options)
         self._world = world
         self.outputs = Outputs(world, topics if topics is not None else load_topics(), node_name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Any
 
@@ -24,6 +24,10 @@ def checked(
     rerun: Any,
     snapshot_interval: Any,
     custom_data: Any,
+    initial: Any = None,
+    first: Any = (),
+    log_start: Any = None,
+    held_wrenches: Any = None,
 ) -> float:
     """The interval, once all arguments are of the right kind. Raises RecordingError."""
     notes = {} if custom_data is None else custom_data
@@ -43,14 +47,32 @@ def checked(
             ("custom_data", custom_data, isinstance(notes, Mapping)
              and all(isinstance(text, str) for pair in notes.items() for text in pair),
              "a dict of texts, or None"),
+            ("initial", initial, initial is None or isinstance(initial, bytes),
+             "what world.save() returned, or None"),
+            ("first", first, _are_operations(first),
+             "a list of pairs (name of an operation, dict of its arguments)"),
+            ("held_wrenches", held_wrenches, held_wrenches is None or isinstance(held_wrenches, str),
+             "what HeldWrenches.to_json returns, or None"),
         ):  # fmt: skip
             if not good:
                 raise SceneError.about(None, name, value, allowed)
+        if log_start is not None:
+            checks.whole_number("log_start", log_start, 0, 2**62)
         return checks.number(
             None, "snapshot_interval", snapshot_interval, 0.0, above=True, unit="s"
         )
     except SceneError as error:
         raise RecordingError(str(error)) from None
+
+
+def _are_operations(first: Any) -> bool:
+    return isinstance(first, Sequence) and all(
+        isinstance(pair, (tuple, list))
+        and len(pair) == 2
+        and isinstance(pair[0], str)
+        and isinstance(pair[1], Mapping)
+        for pair in first
+    )
 
 
 def check_log_options(options: Mapping[str, Any]) -> None:

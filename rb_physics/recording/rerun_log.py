@@ -177,6 +177,13 @@ class RerunLog:
         self._poses = poses
         if self._shapes is None:
             self._shapes = ShapeEntities(self._rec, self._bodies, poses)
+            if len(self._bodies) > NAMED_BODIES:
+                self._lines.add(
+                    time_ns,
+                    "INFO",
+                    f"{len(self._bodies)} bodies: those that touch and part are told, but with more than "
+                    f"{NAMED_BODIES} not those that bounce between two samples",
+                )
             if not self._has_blueprint:
                 self._has_blueprint = True
                 arrangement = blueprint(self._layout, self._bodies, poses, self._arrows)

@@ -34,6 +34,12 @@ BAD = [
     ({"flush_interval": math.inf}, "flush_interval is inf"),
     ({"chunk_bytes": None}, "chunk_bytes is None"),
     ({"fsync": 1}, "fsync is 1; it must be True or False"),
+    ({"initial": "state"}, "initial is 'state'; it must be what world.save() returned, or None"),
+    ({"first": ["reset"]}, "it must be a list of pairs (name of an operation"),
+    ({"first": 3}, "first is 3; it must be a list of pairs"),
+    ({"log_start": -1}, "log_start is -1; it must be a whole number ≥ 0"),
+    ({"log_start": 1.5}, "log_start is 1.5; it must be a whole number"),
+    ({"held_wrenches": {}}, "held_wrenches is {}; it must be what HeldWrenches.to_json returns"),
 ]
 
 
