@@ -77,10 +77,21 @@ def time_of_impact(a: Body, b: Body, t_max: float) -> float | None:
 
     The motion is the unconstrained one (S6) from the present state: velocities, rotation, gravity and
     applied wrenches; contacts do not act.
+
+    Raises:
+        RuntimeError: the bodies turn so often within ``t_max`` that the search gave up; it says up
+            to which time they don't meet.
     """
     world = _common_world(a, b)
     t_max = checks.number(None, "t_max", t_max, 0.0, unit="s")
-    return world._time_of_impact(a.row, b.row, t_max)
+    time, looks, converged = world._time_of_impact(a.row, b.row, t_max)
+    if not converged:
+        raise RuntimeError(
+            f"time_of_impact of {a.name!r} and {b.name!r}: no contact found up to {time:.9g} s of "
+            f"t_max = {t_max:.9g} s after {looks} looks, and the search ends there; take a t_max of "
+            "at most that time, step the world by it and ask again"
+        )
+    return time
 
 
 def contact_kinematics(world: World, i: int) -> ContactKinematics:

@@ -56,8 +56,11 @@ void define_body_queries(py::class_<World>& world) {
              return py::make_tuple(d.distance, to_array(d.point_a), to_array(d.point_b),
                                    to_array(d.normal));
            })
-      .def("_time_of_impact", [](const World& w, std::int32_t a, std::int32_t b,
-                                 double t_max) { return time_of_impact(w, a, b, t_max); })
+      .def("_time_of_impact",
+           [](const World& w, std::int32_t a, std::int32_t b, double t_max) {
+             const ImpactSearch found = time_of_impact(w, a, b, t_max);
+             return py::make_tuple(found.time, found.iterations, found.converged);
+           })
       .def("_ray_cast",
            [](const World& w, const InputArray& origin, const InputArray& direction) -> py::object {
              const auto hit = ray_cast(w, to_vec3(origin), to_vec3(direction));

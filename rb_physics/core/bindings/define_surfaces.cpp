@@ -152,11 +152,11 @@ void define_surfaces(py::module_& m) {
       });
   compare_by_content(mesh);
 
-  py::class_<HeightField> field(
-      m, "HeightField",
-      "Static surface over a grid, solid below: `heights` (n, m), m; heights[i, j] lies at "
-      "x = i spacing, y = j spacing. `spacing`: m, one number or "
-      "two.");
+  py::class_<HeightField> field(m, "HeightField",
+                                "Static surface over a grid, solid below (as deep as half its "
+                                "diagonal): `heights` (n, m), m; heights[i, j] lies at "
+                                "x = i spacing, y = j spacing. `spacing`: m, one number or "
+                                "two.");
   field.def(py::init(&make_field_of), py::arg("heights"), py::arg("spacing"))
       .def_property_readonly("heights", &heights_of, "(n, m), m.")
       .def_property_readonly("spacing", &spacing_of, "(along x, along y), m.")

@@ -37,7 +37,10 @@ void offer_edge(const Rod& rod, const Polytope& b, int e, double preference, Rod
   if (length <= tolerance::parallel_edges * along.norm()) return;
   Vec3 n = cross / length;
   if (n.dot(left + right) < 0.0) n = -n;
-  const double separation = n.dot(rod.center - tail);
+  double separation = n.dot(rod.center - tail);
+  if (!(separation > best.separation + preference)) return;
+  // Beside sliver faces, whose normals are rounding, an edge may seem to be met that isn't.
+  separation = n.dot(rod.center - b.vertex(b.farthest(n, edge.tail)));
   if (separation > best.separation + preference) best = {separation, n, -1, e};
 }
 

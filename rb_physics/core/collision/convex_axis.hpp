@@ -17,6 +17,7 @@ struct ConvexAxis {
   Vec3 normal;              // unit, from B to A
   bool apart = false;       // a positive distance was found, and points that far apart
   bool certain = false;     // apart, and the nearest points are exact
+  bool least = true;        // of an overlap: no axis is known to be missing that parts sooner
   Vec3 on_a, on_b;          // m, nearest points when apart
 };
 
@@ -28,7 +29,7 @@ class AxisSearch {
 
   double separation(const Vec3& n) const { return n.dot(a_(Vec3(-n)).point - b_(n).point); }
 
-  // Distance or penetration within about 1e-10 of `size`.
+  // Distance or penetration within about 1e-10 of `size`, unless `least` says otherwise.
   ConvexAxis first(const Vec3& direction, double beyond) const {
     ConvexAxis axis;
     const double close = 1e-9 * size_;
@@ -53,6 +54,7 @@ class AxisSearch {
       // a better direction?
       axis.apart = false;
       const EpaResult overlap = epa(a_, b_, Simplex{}, 1e-10 * size_);
+      axis.least = !overlap.capped && overlap.gap <= 1e-9 * size_;
       if (overlap.capped || -overlap.depth <= proven) return axis;
       axis.normal = overlap.normal;
       axis.separation = -overlap.depth;
@@ -63,8 +65,9 @@ class AxisSearch {
       // A sliver to start from, or one met on the way: once more from far points. Any depth found
       // is one that parts the sets, so the lesser is the better.
       const EpaResult again = epa(a_, b_, Simplex{}, 1e-10 * size_);
-      if (again.capped) count_iteration_cap();
       if (again.depth < overlap.depth) overlap = again;
+      // Touching faces can leave both with no proper polytope.
+      axis.least = !overlap.capped && overlap.gap <= 1e-9 * size_;
     }
     axis.normal = overlap.normal;
     axis.separation = -overlap.depth;

@@ -5,6 +5,7 @@
 #include "collision/convex_axis.hpp"
 #include "collision/cylinder_axis.hpp"
 #include "collision/cylinder_contacts.hpp"
+#include "collision/iteration_caps.hpp"
 #include "collision/pairs.hpp"
 #include "collision/reduce.hpp"
 
@@ -250,6 +251,7 @@ void contacts_cylinder_cylinder(const Cylinder& shape_a, const Placement& at_a,
   const AxisSearch search(a, b, small);
   const ConvexAxis first = search.first(a.center - b.center, margin);
   if (first.beyond) return;
+  if (!first.least) count_iteration_cap();
   const PairSearch found = find_axis(a, b, first, search, preference, tolerance);
   const bool flat = found.flat.axis.separation >= found.free.axis.separation - preference;
   const CylinderAxis& axis = flat ? found.flat.axis : found.free.axis;

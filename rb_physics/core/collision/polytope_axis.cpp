@@ -73,7 +73,10 @@ PolytopeAxis separating_axis(const Polytope& a, const Polytope& b, double prefer
       }
       Vec3 n = cross / std::sqrt(length_sq);
       if (n.dot(a.normal(ea.left) + a.normal(ea.right)) > 0.0) n = -n;
-      const double separation = n.dot(a.vertex(ea.tail) - b.vertex(eb.tail));
+      double separation = n.dot(a.vertex(ea.tail) - b.vertex(eb.tail));
+      if (!wins(separation)) continue;
+      // Beside sliver faces, whose normals are rounding, edges seem to meet that don't.
+      separation = n.dot(a.vertex(a.farthest(-n, ea.tail)) - b.vertex(b.farthest(n, eb.tail)));
       if (wins(separation)) {
         best = {PolytopeAxis::EDGES, separation, n, static_cast<int>(i), static_cast<int>(j)};
       }

@@ -64,7 +64,7 @@ bool edge_contact(const Polytope& a, const Polytope& b, const PolytopeAxis& axis
          at_b <= length_b + tolerance;
 }
 
-// The deepest vertex alone, should rounding leave nothing over the face.
+// The deepest vertex, should rounding leave it beside the face.
 void deepest_contact(const Polytope& a, const Polytope& b, const PolytopeAxis& axis,
                      Manifold& out) {
   const bool reference_is_b = axis.kind == PolytopeAxis::FACE_B;
@@ -177,7 +177,7 @@ void contacts_polytopes(const Polytope& a, const Polytope& b, double margin, Man
   if (nearest.beyond || (nearest.apart && nearest.separation > margin)) return;
   const double preference = tolerance::axis_preference * scale.small;
   PolytopeAxis axis = local_axis(a, b, nearest.normal, nearest.separation, preference);
-  const bool known = axis.separation >= nearest.separation - preference;
+  const bool known = nearest.least && axis.separation >= nearest.separation - preference;
   if (!nearest.apart && !known) axis = separating_axis(a, b, preference);
   const int first = out.size();
   if (known || !nearest.apart) {
@@ -189,7 +189,9 @@ void contacts_polytopes(const Polytope& a, const Polytope& b, double margin, Man
       if (out.least_separation(first) <= axis.separation + scale.tolerance) return;
     }
     if (!nearest.apart) {
-      if (out.size() == first) deepest_contact(a, b, axis, out);
+      if (axis.kind == PolytopeAxis::EDGES) return;
+      if (out.size() == Manifold::capacity) out.truncate(first);
+      deepest_contact(a, b, axis, out);
       return;
     }
   }

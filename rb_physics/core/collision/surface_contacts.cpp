@@ -61,31 +61,48 @@ double outside(const SurfaceTriangle& t, int k, const Vec3& p) {
   return e.cross(t.normal).dot(p - t.corner[k]) / e.norm();
 }
 
-// Does p project into the triangle? Beyond a concave edge the surface turns up: a point behind both
-// faces there still belongs to both.
+// Does p project into the triangle? Beyond a concave edge the surface turns up: a point behind the
+// neighbor as well belongs to both where, brought up to the neighbor's plane, it is over this one.
 bool projects_into(const SurfaceTriangle& t, const Vec3& p, double tolerance) {
   for (int k = 0; k < 3; ++k) {
     if (outside(t, k, p) <= tolerance) continue;
-    const bool behind_both =
-        t.edge[k] == EdgeType::CONCAVE && t.neighbor_normal[k].dot(p - t.corner[k]) < 0.0;
-    if (!behind_both) return false;
+    if (t.edge[k] != EdgeType::CONCAVE) return false;
+    const double above = t.neighbor_normal[k].dot(p - t.corner[k]);
+    if (above >= 0.0 || outside(t, k, p - above * t.neighbor_normal[k]) > tolerance) return false;
   }
   return true;
 }
 
+Vec3 center_of(const Shape& shape, const Pose& pose) {
+  const auto* hull = std::get_if<ConvexHull>(&shape);
+  return hull ? pose.apply(hull->data->center) : pose.position;
+}
+
+// Is the point (surface coordinates) inside of a closed mesh or below a height field? Then the
+// first triangle straight above is seen from behind.
+bool is_inside(const Shape& surface, const Vec3& point) {
+  const auto* mesh = std::get_if<TriangleMesh>(&surface);
+  if (mesh != nullptr && !mesh->data->closed) return false;
+  const std::optional<RayHit> hit = ray_cast(surface, Pose{}, point, Vec3::UnitZ());
+  return hit && hit->normal.z() > 0.0;
+}
+
+Aabb surface_bounds(const MeshData& mesh) { return mesh.bvh.bounds(); }
+Aabb surface_bounds(const HeightData& field) { return field.bounds(); }
+
 template <class Data>
 class Finder {
  public:
-  Finder(const Data& data, const Shape& shape, const Pose& pose, double margin)
+  Finder(const Data& data, const Shape& surface, const Shape& shape, const Pose& pose,
+         double margin)
       : data_(data),
+        surface_(surface),
         shape_(shape),
         pose_(pose),
         at_{pose.orientation.toRotationMatrix(), pose.position},
         margin_(margin),
         size_(characteristic_size(shape)) {
-    center_ = pose.position;
-    if (const auto* hull = std::get_if<ConvexHull>(&shape))
-      center_ = pose.apply(hull->data->center);
+    center_ = center_of(shape, pose);
     Aabb box = bounding_box(shape, pose);
     box.lower.array() -= margin;
     box.upper.array() += margin;
@@ -111,6 +128,7 @@ class Finder {
       }
     }
     if (points_.empty() && !particle && sphere == nullptr) push_out();
+    if (points_.empty() && is_inside(surface_, center_)) surface_from_inside();
     return points_;
   }
 
@@ -188,6 +206,7 @@ class Finder {
       ManifoldPoint p = on_plane_[i];
       if (!projects_into(t, p.point_a, tolerance)) continue;
       if (p.separation < -tolerance && better_exit(t, p.point_a, -p.separation)) continue;
+      if (p.separation < -deep() && !came_through(p.point_a)) continue;
       p.feature_b = surface_feature(FeatureType::FACE, t.patch_id);
       keep(p);
     }
@@ -196,14 +215,11 @@ class Finder {
   // Deep inside, no feature may be left that its neighbours admit: then one point along the face
   // that the shape is least deep behind.
   void push_out() {
-    static thread_local TrianglePrism prism;
     ManifoldPoint least;
     least.separation = -std::numeric_limits<double>::infinity();
     for (const SurfaceTriangle& t : triangles_) {
-      if (!in_front(t)) continue;
-      Manifold meeting, plane;
-      leaf_contacts(shape_, at_, prism.place(t, thin(t)), Placement{}, 0.0, meeting);
-      if (meeting.size() == 0) continue;
+      if (!in_front(t) || !meets(t)) continue;
+      Manifold plane;
       leaf_contacts(shape_, at_, Shape(HalfSpace{t.normal, t.normal.dot(t.corner[0])}), Placement{},
                     0.0, plane);
       int deepest = 0;
@@ -215,6 +231,43 @@ class Finder {
       least.feature_b = surface_feature(FeatureType::FACE, t.patch_id);
     }
     if (std::isfinite(least.separation)) points_.push_back(least);
+  }
+
+  // The centre is inside of the solid: out through the nearest point of the surface, by the plane
+  // there.
+  void surface_from_inside() {
+    const Aabb all = surface_bounds(data_);
+    double nearest_sq = std::numeric_limits<double>::infinity();
+    std::int32_t through = -1;
+    Vec3 exit = Vec3::Zero(), normal = Vec3::UnitZ();
+    double reach = size_;
+    for (bool complete = false; !complete && nearest_sq > reach * reach; reach *= 8.0) {
+      const Aabb near{center_.array() - reach, center_.array() + reach};
+      complete = (near.lower.array() <= all.lower.array()).all() &&
+                 (near.upper.array() >= all.upper.array()).all();
+      data_.for_each_triangle(near, [&](std::int32_t i) {
+        const SurfaceTriangle t = data_.triangle(i);
+        const Nearest found = nearest_on(t, center_);
+        const double sq = (found.point - center_).squaredNorm();
+        if (sq > nearest_sq || (sq == nearest_sq && i > through)) return;
+        nearest_sq = sq;
+        through = i;
+        exit = found.point;
+        // Nearest to an edge or a corner: straight out there.
+        const bool on_face = found.feature.kind == PrismFeature::FACE ||
+                             sq <= tolerance::coincident * tolerance::coincident * size_ * size_;
+        normal = on_face ? t.normal : Vec3((exit - center_) / std::sqrt(sq));
+      });
+    }
+    if (through < 0) return;
+    Manifold plane;
+    leaf_contacts(shape_, at_, Shape(HalfSpace{normal, normal.dot(exit)}), Placement{}, margin_,
+                  plane);
+    for (int i = 0; i < plane.size(); ++i) {
+      points_.push_back(plane[i]);
+      points_.back().feature_b =
+          surface_feature(FeatureType::FACE, data_.triangle(through).patch_id);
+    }
   }
 
   // A point behind this triangle may have come in through another one: then it is much less deep
@@ -230,6 +283,30 @@ class Finder {
       }
     }
     return false;
+  }
+
+  // m: less is rounding, where the shape need not seem to meet the surface.
+  double deep() const { return 1e-6 * size_; }
+
+  // Is there a triangle between the centre of the shape and p, a point of it behind the surface? A
+  // long body may reach around the surface's end instead, and touch nothing.
+  bool came_through(const Vec3& p) const {
+    return std::any_of(triangles_.begin(), triangles_.end(), [&](const SurfaceTriangle& t) {
+      const double from = t.normal.dot(center_ - t.corner[0]), to = t.normal.dot(p - t.corner[0]);
+      if (!(from >= 0.0 && to < 0.0)) return false;
+      const Vec3 crossing = center_ + (from / (from - to)) * (p - center_);
+      for (int k = 0; k < 3; ++k) {
+        if (outside(t, k, crossing) > 1e-9 * size_) return false;
+      }
+      return true;
+    });
+  }
+
+  bool meets(const SurfaceTriangle& t) const {
+    static thread_local TrianglePrism prism;
+    Manifold meeting;
+    leaf_contacts(shape_, at_, prism.place(t, thin(t)), Placement{}, 0.0, meeting);
+    return meeting.size() > 0;
   }
 
   // Convex edges and corners of the triangle against the shape.
@@ -250,12 +327,14 @@ class Finder {
       ManifoldPoint p = manifold[i];
       const PrismFeature feature = prism.feature(p.feature_b);
       if (feature.kind == PrismFeature::FACE || !admits(data_, t, feature, p.normal)) continue;
+      if (p.separation < -deep() && !meets(t)) continue;
       p.feature_b = name(t, feature);
       keep(p);
     }
   }
 
   const Data& data_;
+  const Shape& surface_;
   const Shape& shape_;
   const Pose& pose_;
   Placement at_;
@@ -291,9 +370,6 @@ void group(const std::vector<ManifoldPoint>& points, std::vector<Manifold>& out)
   }
 }
 
-Aabb surface_bounds(const MeshData& mesh) { return mesh.bvh.bounds(); }
-Aabb surface_bounds(const HeightData& field) { return field.bounds(); }
-
 template <class Visit>
 decltype(auto) with_data(const Shape& surface, Visit&& visit) {
   if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) return visit(*mesh->data);
@@ -315,7 +391,7 @@ void surface_contacts(const Shape& convex, const Pose& pose_convex, const Shape&
   out.clear();
   const Pose relative = pose_surface.inverse() * pose_convex;
   with_data(surface, [&](const auto& data) {
-    Finder finder(data, convex, relative, margin);
+    Finder finder(data, surface, convex, relative, margin);
     group(finder.contacts(), out);
   });
   const Mat3 rotation = pose_surface.orientation.toRotationMatrix();
@@ -361,6 +437,7 @@ SurfaceDistance surface_distance(const Shape& convex, const Pose& pose_convex, c
       });
     }
   });
+  if (best.distance > 0.0 && is_inside(surface, center_of(convex, relative))) best.distance = 0.0;
   const Mat3 rotation = pose_surface.orientation.toRotationMatrix();
   best.nearest.point_a = rotation * best.nearest.point_a + pose_surface.position;
   best.nearest.point_b = rotation * best.nearest.point_b + pose_surface.position;
@@ -370,13 +447,7 @@ SurfaceDistance surface_distance(const Shape& convex, const Pose& pose_convex, c
 
 bool meets_surface(const Shape& convex, const Pose& pose_convex, const Shape& surface,
                    const Pose& pose_surface) {
-  if (surface_distance(convex, pose_convex, surface, pose_surface).distance <= 0.0) return true;
-  const auto* mesh = std::get_if<TriangleMesh>(&surface);
-  if (mesh != nullptr && !mesh->data->closed) return false;
-  // The first triangle straight above is seen from behind: inside.
-  const Vec3 up = pose_surface.rotate(Vec3::UnitZ());
-  const std::optional<RayHit> hit = ray_cast(surface, pose_surface, pose_convex.position, up);
-  return hit && hit->normal.dot(up) > 0.0;
+  return surface_distance(convex, pose_convex, surface, pose_surface).distance <= 0.0;
 }
 
 }  // namespace rb

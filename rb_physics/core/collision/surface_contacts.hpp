@@ -8,7 +8,8 @@
 // between those of its faces: the feature's Voronoi region. Flat and concave edges never touch.
 //
 // The surface is one-sided: solid behind. A shape whose centre is behind a triangle
-// doesn't touch it (a ball: by more than its radius).
+// doesn't touch it (a ball: by more than its radius). One whose centre is inside of a closed mesh
+// or below a height field, and that touches nothing else, is pushed out at the nearest point.
 #pragma once
 
 #include <vector>
@@ -28,7 +29,8 @@ inline bool is_surface(const Shape& shape) {
 void surface_contacts(const Shape& convex, const Pose& pose_convex, const Shape& surface,
                       const Pose& pose_surface, double margin, std::vector<Manifold>& out);
 
-// The nearest triangle. 0 or less: the shapes meet, and the contacts tell how deep.
+// The nearest triangle. 0 or less: the shapes meet, or the convex one is inside of a closed mesh or
+// below a height field, and the contacts tell how deep.
 struct SurfaceDistance {
   double distance;
   ManifoldPoint nearest;  // A convex, B surface
@@ -43,7 +45,7 @@ bool meets_surface(const Shape& convex, const Pose& pose_convex, const Shape& su
 // Contact time of a convex shape with a surface, whose inner edges are no obstacles
 // (collision/queries.hpp).
 ImpactSearch surface_time_of_impact(const Shape& convex, const Sweep& motion_convex,
-                                    const Shape& surface, const Sweep& motion_surface,
-                                    double t_max);
+                                    const Shape& surface, const Sweep& motion_surface, double t_max,
+                                    int most_queries);
 
 }  // namespace rb

@@ -23,14 +23,12 @@ Aabb swept_box(const Shape& convex, const Sweep& motion_convex, const Sweep& mot
   const double radius = bounding_radius(convex, start.apply_inverse(motion_convex.center(0.0)));
   // How far the path may leave the chord: a quarter of the speed bound, or by acceleration.
   const double bow =
-      0.125 * t_max * t_max *
-      (motion_convex.max_linear_acceleration() + motion_surface.max_linear_acceleration());
+      0.125 * t_max * t_max * (motion_convex.acceleration() - motion_surface.acceleration()).norm();
   double room = radius + bow;
   const double turn = motion_surface.max_angular_speed() * t_max;
   if (turn > 0.0) {  // a turning surface: hold everything it may sweep over
-    room += turn *
-            ((motion_convex.center(0.0) - motion_surface.center(0.0)).norm() +
-             t_max * (motion_convex.max_linear_speed(0.0) + motion_surface.max_linear_speed(0.0)));
+    room += turn * ((motion_convex.center(0.0) - motion_surface.center(0.0)).norm() +
+                    t_max * max_relative_speed(motion_convex, motion_surface, 0.0, t_max));
   }
   return {from.cwiseMin(to).array() - room, from.cwiseMax(to).array() + room};
 }
@@ -56,7 +54,7 @@ bool is_impact(const Data& data, const SurfaceTriangle& t, const Shape& convex, 
 
 template <class Data>
 ImpactSearch search(const Data& data, const Shape& convex, const Sweep& motion_convex,
-                    const Sweep& motion_surface, double t_max) {
+                    const Sweep& motion_surface, double t_max, int most_queries) {
   constexpr int max_false_impacts = 16;
   ImpactSearch best;
   const double size = characteristic_size(convex);
@@ -67,6 +65,8 @@ ImpactSearch search(const Data& data, const Shape& convex, const Sweep& motion_c
       triangles.begin(), triangles.end(),
       [](const SurfaceTriangle& a, const SurfaceTriangle& b) { return a.face_id < b.face_id; });
   TrianglePrism prism;
+  // All triangles share the queries; each may use some, so that those not yet looked at stay known.
+  constexpr int least_queries = 20;
   for (const SurfaceTriangle& t : triangles) {
     const Shape& solid = prism.place(t, thin(t));
     double start = 0.0;
@@ -74,17 +74,18 @@ ImpactSearch search(const Data& data, const Shape& convex, const Sweep& motion_c
       const double end = best.time.value_or(t_max);
       const LaterSweep shape_rest(motion_convex, start), surface_rest(motion_surface, start);
       const ImpactSearch found =
-          find_time_of_impact(convex, shape_rest, solid, surface_rest, end - start);
+          find_time_of_impact(convex, shape_rest, solid, surface_rest, end - start,
+                              std::max(most_queries - best.iterations, least_queries));
       best.iterations += found.iterations;
-      best.converged = best.converged && found.converged;
       if (!found.time) break;
       const double time = start + *found.time;
       const double soon = std::min(time + 1e-4 * t_max, t_max);
       const Pose relative = motion_surface.at(time).inverse() * motion_convex.at(time);
       const Pose later = motion_surface.at(soon).inverse() * motion_convex.at(soon);
-      if (i >= max_false_impacts ||
+      if (i >= max_false_impacts || !found.converged ||
           is_impact(data, t, convex, relative, later, solid, prism, size)) {
         best.time = time;
+        best.converged = found.converged;
         break;
       }
       // Past an inner edge: look on a little later.
@@ -98,12 +99,13 @@ ImpactSearch search(const Data& data, const Shape& convex, const Sweep& motion_c
 }  // namespace
 
 ImpactSearch surface_time_of_impact(const Shape& convex, const Sweep& motion_convex,
-                                    const Shape& surface, const Sweep& motion_surface,
-                                    double t_max) {
+                                    const Shape& surface, const Sweep& motion_surface, double t_max,
+                                    int most_queries) {
   if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) {
-    return search(*mesh->data, convex, motion_convex, motion_surface, t_max);
+    return search(*mesh->data, convex, motion_convex, motion_surface, t_max, most_queries);
   }
-  return search(*std::get<HeightField>(surface).data, convex, motion_convex, motion_surface, t_max);
+  return search(*std::get<HeightField>(surface).data, convex, motion_convex, motion_surface, t_max,
+                most_queries);
 }
 
 }  // namespace rb

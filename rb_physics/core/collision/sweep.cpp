@@ -16,8 +16,7 @@ BallisticSweep::BallisticSweep(const Pose& pose, const Vec3& center, const Vec3&
       velocity_(velocity),
       acceleration_(acceleration),
       angular_velocity_(angular_velocity),
-      angular_speed_(angular_velocity.norm()),
-      t_max_(t_max) {
+      angular_speed_(angular_velocity.norm()) {
   if (!center_.allFinite() || !velocity.allFinite() || !acceleration.allFinite() ||
       !std::isfinite(angular_speed_) || !(t_max >= 0.0) || !std::isfinite(t_max)) {
     throw std::invalid_argument("sweep: pose, velocities, acceleration and t_max must be finite");
@@ -34,12 +33,6 @@ Pose BallisticSweep::at(double t) const {
   }
   const Quat q = quaternion_from_rotation_vector(t * angular_velocity_) * orientation_;
   return {center(t) - q * local_center_, q};
-}
-
-// The speed along a parabola is a convex function of time: its ends bound it.
-double BallisticSweep::max_linear_speed(double t) const {
-  return std::max((velocity_ + t * acceleration_).norm(),
-                  (velocity_ + t_max_ * acceleration_).norm());
 }
 
 }  // namespace rb

@@ -1,6 +1,8 @@
 // Motions given in closed form, for time_of_impact.
 #pragma once
 
+#include <cmath>
+
 #include "collision/queries.hpp"
 #include "math/types.hpp"
 
@@ -22,10 +24,10 @@ class BallisticSweep final : public Sweep {
 
   Pose at(double t) const override;
   Vec3 center(double t) const override;
+  Vec3 velocity(double t) const override { return velocity_ + t * acceleration_; }
+  Vec3 acceleration() const override { return acceleration_; }
   double max_angular_speed() const override { return angular_speed_; }
-  double max_linear_speed(double t) const override;
   double max_angular_acceleration() const override { return 0.0; }
-  double max_linear_acceleration() const override { return acceleration_.norm(); }
 
  private:
   Quat orientation_;       // at t = 0
@@ -35,7 +37,6 @@ class BallisticSweep final : public Sweep {
   Vec3 acceleration_;      // m/s^2
   Vec3 angular_velocity_;  // rad/s
   double angular_speed_;   // rad/s
-  double t_max_;           // s
 };
 
 // Another sweep seen from a part that is fixed to the moving body: part pose = body pose * local.
@@ -45,15 +46,22 @@ class PartSweep final : public Sweep {
 
   Pose at(double t) const override { return body_.at(t) * local_; }
   Vec3 center(double t) const override { return body_.center(t); }
+  Vec3 velocity(double t) const override { return body_.velocity(t); }
+  Vec3 acceleration() const override { return body_.acceleration(); }
   double max_angular_speed() const override { return body_.max_angular_speed(); }
-  double max_linear_speed(double t) const override { return body_.max_linear_speed(t); }
   double max_angular_acceleration() const override { return body_.max_angular_acceleration(); }
-  double max_linear_acceleration() const override { return body_.max_linear_acceleration(); }
 
  private:
   const Sweep& body_;
   Pose local_;
 };
+
+// m/s: the greatest speed of the two centres relative to each other on [t, t_max]. Along a parabola
+// it is a convex function of time: the ends bound it.
+inline double max_relative_speed(const Sweep& a, const Sweep& b, double t, double t_max) {
+  return std::fmax((a.velocity(t) - b.velocity(t)).norm(),
+                   (a.velocity(t_max) - b.velocity(t_max)).norm());
+}
 
 // The rest of another sweep: time 0 here is time `start` there.
 class LaterSweep final : public Sweep {
@@ -62,10 +70,10 @@ class LaterSweep final : public Sweep {
 
   Pose at(double t) const override { return whole_.at(start_ + t); }
   Vec3 center(double t) const override { return whole_.center(start_ + t); }
+  Vec3 velocity(double t) const override { return whole_.velocity(start_ + t); }
+  Vec3 acceleration() const override { return whole_.acceleration(); }
   double max_angular_speed() const override { return whole_.max_angular_speed(); }
-  double max_linear_speed(double t) const override { return whole_.max_linear_speed(start_ + t); }
   double max_angular_acceleration() const override { return whole_.max_angular_acceleration(); }
-  double max_linear_acceleration() const override { return whole_.max_linear_acceleration(); }
 
  private:
   const Sweep& whole_;

@@ -26,8 +26,6 @@
 namespace rb {
 namespace {
 
-constexpr int max_distance_queries =
-    2000;  // usually ten to twenty; surfaces that roll along each other
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 // Radius of what turning about `center` (body coordinates) can move: a ball only by its own centre.
@@ -47,7 +45,7 @@ class ConvexPair {
       : a_(a), b_(b), motion_a_(motion_a), motion_b_(motion_b), t_max_(t_max) {
     const Pose pose_a = motion_a.at(0.0), pose_b = motion_b.at(0.0);
     const Vec3 center_a = motion_a.center(0.0), center_b = motion_b.center(0.0);
-    const double path = t_max * (motion_a.max_linear_speed(0.0) + motion_b.max_linear_speed(0.0));
+    const double path = t_max * max_relative_speed(motion_a, motion_b, 0.0, t_max);
     plane_is_a_ = std::holds_alternative<HalfSpace>(a);
     plane_is_b_ = std::holds_alternative<HalfSpace>(b);
     if (plane_is_a_ && plane_is_b_) {
@@ -66,7 +64,7 @@ class ConvexPair {
     turning_speed_ = wa * radius_a + wb * radius_b;
     angular_speed_ = wa + wb;
     arms_ = radius_a + radius_b;
-    curvature_ = motion_a.max_linear_acceleration() + motion_b.max_linear_acceleration() +
+    curvature_ = (motion_a.acceleration() - motion_b.acceleration()).norm() +
                  (wa * wa + motion_a.max_angular_acceleration()) * radius_a +
                  (wb * wb + motion_b.max_angular_acceleration()) * radius_b;
     if (plane_is_a_ || plane_is_b_) {  // the axis turns too: d/dt^2 (m . x) has a Coriolis term
@@ -85,7 +83,7 @@ class ConvexPair {
   // m, size of the smaller shape.
   double size() const { return size_; }
   double speed(double t) const {
-    return motion_a_.max_linear_speed(t) + motion_b_.max_linear_speed(t) + turning_speed_;
+    return max_relative_speed(motion_a_, motion_b_, t, t_max_) + turning_speed_;
   }
 
   bool has_plane() const { return plane_is_a_ || plane_is_b_; }
@@ -160,13 +158,13 @@ double bracketed_root(const ConvexPair& pair, double t0, double g0, double t1, d
 
 class Search {
  public:
-  explicit Search(const ConvexPair& pair) : pair_(pair) {}
+  Search(const ConvexPair& pair, int most_queries) : pair_(pair), most_queries_(most_queries) {}
 
   ImpactSearch run() {
     const double first = query(0.0);
     if (first <= touching() && !part()) return result_;
     while (t_ < pair_.t_max() && !result_.time) {
-      if (result_.iterations >= max_distance_queries) {
+      if (result_.iterations >= most_queries_) {
         result_.converged = false;
         count_iteration_cap();
         result_.time = t_;
@@ -286,7 +284,7 @@ class Search {
     const double longest = std::sqrt(8.0 * near / std::max(pair_.curvature(), 1e-300));
     double before = t_, before_gap = gap;
     double h = gap / std::max(pair_.speed(t_), 1e-300);
-    while (before < pair_.t_max() && result_.iterations < max_distance_queries) {
+    while (before < pair_.t_max() && result_.iterations < most_queries_) {
       const double t = std::min(before + h, pair_.t_max());
       if (!(t > before)) {  // time itself can't tell the gap from zero
         result_.time = t;
@@ -310,6 +308,7 @@ class Search {
   }
 
   const ConvexPair& pair_;
+  int most_queries_;
   ImpactSearch result_;
   DistanceResult nearest_;
   double t_ = 0.0;
@@ -320,14 +319,15 @@ class Search {
 
 void keep_earlier(ImpactSearch& best, const ImpactSearch& other) {
   best.iterations += other.iterations;
-  best.converged = best.converged && other.converged;
-  if (other.time && (!best.time || *other.time < *best.time)) best.time = other.time;
+  if (!other.time || (best.time && *best.time <= *other.time)) return;
+  best.time = other.time;
+  best.converged = other.converged;
 }
 
 }  // namespace
 
 ImpactSearch find_time_of_impact(const Shape& a, const Sweep& motion_a, const Shape& b,
-                                 const Sweep& motion_b, double t_max) {
+                                 const Sweep& motion_b, double t_max, int most_queries) {
   if (!(t_max >= 0.0) || !std::isfinite(t_max)) {
     throw std::invalid_argument("time_of_impact: t_max must be finite and >= 0");
   }
@@ -335,18 +335,18 @@ ImpactSearch find_time_of_impact(const Shape& a, const Sweep& motion_a, const Sh
     ImpactSearch best;
     for (const CompoundPart& part : compound->data->parts) {
       const PartSweep motion(motion_a, part.pose);
-      keep_earlier(best,
-                   find_time_of_impact(part.shape, motion, b, motion_b, best.time.value_or(t_max)));
+      keep_earlier(best, find_time_of_impact(part.shape, motion, b, motion_b,
+                                             best.time.value_or(t_max), most_queries));
     }
     return best;
   }
   if (std::holds_alternative<Compound>(b)) {
-    return find_time_of_impact(b, motion_b, a, motion_a, t_max);
+    return find_time_of_impact(b, motion_b, a, motion_a, t_max, most_queries);
   }
-  if (is_surface(b)) return surface_time_of_impact(a, motion_a, b, motion_b, t_max);
-  if (is_surface(a)) return surface_time_of_impact(b, motion_b, a, motion_a, t_max);
+  if (is_surface(b)) return surface_time_of_impact(a, motion_a, b, motion_b, t_max, most_queries);
+  if (is_surface(a)) return surface_time_of_impact(b, motion_b, a, motion_a, t_max, most_queries);
   const ConvexPair pair(a, motion_a, b, motion_b, t_max);
-  return Search(pair).run();
+  return Search(pair, most_queries).run();
 }
 
 }  // namespace rb

@@ -24,7 +24,6 @@ enum class ContactRole : std::uint8_t {
   ACTIVE = 0,
   GHOST = 1,    // carried an impulse in the step but is gone at its end: for the report only
   COVERED = 2,  // lies in the plane of a face the body stands on: never felt (world/seams.hpp)
-  SHADED = 3,   // the same, but the body is still above that plane
 };
 
 struct Contact {

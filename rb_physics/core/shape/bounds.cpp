@@ -63,7 +63,8 @@ struct BoundingBox {
     return {pose.position + lower, pose.position + upper};
   }
   Aabb operator()(const HeightField& s) const {
-    const Aabb box = s.data->bounds();
+    Aabb box = s.data->bounds();
+    box.lower.z() -= s.data->size;  // solid below
     const Mat3 rotation = pose.orientation.toRotationMatrix();
     return around(pose.apply(0.5 * (box.lower + box.upper)),
                   rotation.cwiseAbs() * (0.5 * (box.upper - box.lower)));

@@ -1,5 +1,5 @@
-// A height field: a grid of heights as a static surface over the x-y plane, solid below. Triangles
-// are made as they are asked for.
+// A height field: a grid of heights as a static surface over the x-y plane, solid below, as deep as
+// its size. Triangles are made as they are asked for.
 #pragma once
 
 #include <algorithm>

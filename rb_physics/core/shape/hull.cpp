@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -119,9 +121,11 @@ std::vector<int> flat_faces(const std::vector<Vec3>& points,
   return face;
 }
 
-// The rim of every flat face as a loop of point indices, without points in the middle of an edge.
-std::vector<std::vector<int>> face_loops(const std::vector<HullTriangle>& triangles,
-                                         const std::vector<int>& face, std::size_t points) {
+// The rim of every flat face as a loop of point indices, without points in the middle of an edge;
+// nothing where the faces are no polygons.
+std::optional<std::vector<std::vector<int>>> face_loops(const std::vector<HullTriangle>& triangles,
+                                                        const std::vector<int>& face,
+                                                        std::size_t points) {
   const int faces = 1 + *std::max_element(face.begin(), face.end());
   std::vector<std::vector<int>> touching(points);  // faces at a point
   for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -149,37 +153,41 @@ std::vector<std::vector<int>> face_loops(const std::vector<HullTriangle>& triang
       if (edge == rim[f].end() || edge->first != at || ++walked > rim[f].size()) break;
       at = edge->second;
     } while (at != start);
-    if (walked != rim[f].size() || loops[f].size() < 3) {
-      throw std::invalid_argument(
-          "nearly coplanar points of the hull can't be sorted into faces; round the points to 1e-9 "
-          "of their extent or remove some");
-    }
+    if (walked != rim[f].size() || loops[f].size() < 3) return std::nullopt;
   }
   return loops;
 }
 
 // Unit normal of a closed polygon (Newell), insensitive to short edges.
-Vec3 polygon_normal(const HullData& hull, const std::vector<int>& corners) {
+Vec3 polygon_normal(const std::vector<Vec3>& points, const std::vector<int>& corners) {
   Vec3 sum = Vec3::Zero();
-  const Vec3& origin = hull.vertices[corners[0]];
+  const Vec3& origin = points[corners[0]];
   for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
-    sum += (hull.vertices[corners[i]] - origin).cross(hull.vertices[corners[i + 1]] - origin);
+    sum += (points[corners[i]] - origin).cross(points[corners[i + 1]] - origin);
   }
   return sum.normalized();
+}
+
+// No corner turns in: else a search from corner to corner could end beside the farthest one.
+bool is_convex(const std::vector<Vec3>& points, const std::vector<int>& loop) {
+  constexpr double straight = 1e-9;  // sine of the angle
+  const Vec3 normal = polygon_normal(points, loop);
+  const std::size_t n = loop.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec3 in = points[loop[(i + 1) % n]] - points[loop[i]];
+    const Vec3 out = points[loop[(i + 2) % n]] - points[loop[(i + 1) % n]];
+    if (normal.dot(in.cross(out)) < -straight * in.norm() * out.norm()) return false;
+  }
+  return true;
 }
 
 void add_faces(const std::vector<std::vector<int>>& loops, HullData& hull) {
   for (const auto& loop : loops) {
     HullFace face;
-    face.normal = polygon_normal(hull, loop);
+    face.normal = polygon_normal(hull.vertices, loop);
     face.first = static_cast<int>(hull.face_vertices.size());
     face.count = static_cast<int>(loop.size());
-    double sum = 0.0;
-    for (const int v : loop) {
-      sum += face.normal.dot(hull.vertices[v] - hull.vertices[loop[0]]);
-      hull.face_vertices.push_back(v);
-    }
-    face.offset = face.normal.dot(hull.vertices[loop[0]]) + sum / static_cast<double>(loop.size());
+    for (const int v : loop) hull.face_vertices.push_back(v);
     hull.faces.push_back(face);
   }
 }
@@ -241,11 +249,39 @@ void add_edges(HullData& hull) {
   }
 }
 
+// Every face plane supports the hull: no vertex is above it, however badly the normal of a sliver
+// is known.
+void set_offsets(HullData& hull) {
+  constexpr std::size_t few = 1000;  // vertices: all are tried; of more those uphill
+  const bool all = hull.vertices.size() <= few;
+  for (HullFace& face : hull.faces) {
+    int best = hull.face_vertices[face.first];
+    face.offset = face.normal.dot(hull.vertices[best]);
+    const auto offer = [&](int v) {
+      const double reach = face.normal.dot(hull.vertices[v]);
+      if (!(reach > face.offset)) return;
+      face.offset = reach;
+      best = v;
+    };
+    if (all) {
+      for (int v = 0; v < static_cast<int>(hull.vertices.size()); ++v) offer(v);
+      continue;
+    }
+    for (int from = none; from != best;) {
+      from = best;
+      for (int i = hull.neighbor_first[from]; i < hull.neighbor_first[from + 1]; ++i) {
+        offer(hull.neighbors[i]);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 void finish_hull(const std::vector<std::vector<int>>& loops, HullData& hull) {
   add_faces(loops, hull);
   add_edges(hull);
+  set_offsets(hull);
   hull.size = 0.5 * extent(hull.vertices);
   std::vector<std::array<int, 3>> triangles;
   for (const auto& loop : loops) {
@@ -260,8 +296,20 @@ void finish_hull(const std::vector<std::vector<int>>& loops, HullData& hull) {
 ConvexHull make_hull(const std::vector<Vec3>& given) {
   const std::vector<Vec3> points = distinct(given);
   const std::vector<HullTriangle> triangles = hull_triangles(points);
-  const std::vector<int> face = flat_faces(points, triangles, coplanar * extent(points));
-  std::vector<std::vector<int>> loops = face_loops(triangles, face, points.size());
+  std::vector<int> face = flat_faces(points, triangles, coplanar * extent(points));
+  auto sorted = face_loops(triangles, face, points.size());
+  if (!sorted || !std::all_of(sorted->begin(), sorted->end(),
+                              [&](const auto& loop) { return is_convex(points, loop); })) {
+    // Points about as far from a plane as counts for flat: every triangle is a face of its own.
+    std::iota(face.begin(), face.end(), 0);
+    sorted = face_loops(triangles, face, points.size());
+  }
+  if (!sorted) {
+    throw std::invalid_argument(
+        "nearly coplanar points of the hull can't be sorted into faces; round the points to 1e-9 "
+        "of their extent or remove some");
+  }
+  std::vector<std::vector<int>>& loops = *sorted;
 
   // Vertices in the order of the input; faces by their smallest vertices.
   std::vector<int> number(points.size(), none);

@@ -85,6 +85,8 @@ class IslandAdvance {
 
   bool touches(const ColliderPair& pair) const;
   bool is_covered(const ColliderPair& pair) const;
+  bool stays_on_plane(const ColliderPair& pair, double t) const;
+  Pose pose_at(std::int32_t row, double t) const;
   std::optional<double> impact_of_pair(const ColliderPair& pair, double t_max) const;
   double closing_bound(const ColliderPair& pair, double t) const;
   double approach_of_pair(const ColliderPair& pair, double t);

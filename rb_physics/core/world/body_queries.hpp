@@ -17,8 +17,7 @@ DistanceResult distance(const World& world, std::int32_t a, std::int32_t b);
 
 // Contact time of the bodies' unconstrained motion (S6) from their present state: gravity and
 // applied wrenches act, contacts don't.
-std::optional<double> time_of_impact(const World& world, std::int32_t a, std::int32_t b,
-                                     double t_max);
+ImpactSearch time_of_impact(const World& world, std::int32_t a, std::int32_t b, double t_max);
 
 struct WorldRayHit {
   std::int32_t body = -1;

@@ -20,7 +20,6 @@ namespace rb {
 namespace {
 
 constexpr std::size_t kFewBodies = 64;  // not worth another thread
-constexpr std::size_t kFewContacts = 256;
 
 using ColliderKey = std::pair<std::int32_t, std::int32_t>;
 
@@ -296,21 +295,6 @@ void find_all_contacts(World& world, std::vector<Contact>& fresh, std::vector<Co
   });
 }
 
-// Seams lie between the contacts of one collider A.
-void cover_all_seams(World& world, std::vector<Contact>& contacts) {
-  const auto start_of_a = [&](std::size_t i) {
-    while (i > 0 && i < contacts.size() && contacts[i].collider_a == contacts[i - 1].collider_a)
-      ++i;
-    return i;
-  };
-  world.work.crew.share_range(
-      contacts.size(), kFewContacts, [&](std::size_t begin, std::size_t end) {
-        const std::size_t first = start_of_a(begin);
-        const std::size_t last = start_of_a(end);
-        if (first < last) cover_seams(world, std::span(contacts).subspan(first, last - first));
-      });
-}
-
 }  // namespace
 
 void detect_contacts(World& world) {
@@ -319,7 +303,7 @@ void detect_contacts(World& world) {
   std::vector<Contact>& departed = world.work.departed;
   departed.clear();
   find_all_contacts(world, fresh, departed);
-  cover_all_seams(world, fresh);
+  cover_seams(world, fresh);
   if (!departed.empty()) {
     for (Contact& c : departed) follow_bodies(world, c);
     // Both are in the order of pairs; within a pair those that parted come last.

@@ -6,7 +6,9 @@
 
 #include "body/angular_bounds.hpp"
 #include "body/free_motion.hpp"
+#include "collision/extent.hpp"
 #include "collision/queries.hpp"
+#include "collision/surface_contacts.hpp"
 #include "collision/sweep.hpp"
 #include "solver/contact_operators.hpp"
 #include "world/advance.hpp"
@@ -16,22 +18,24 @@
 
 namespace rb {
 
+// Of a body at time t, under the present forces.
+Pose IslandAdvance::pose_at(std::int32_t row, double t) const {
+  const Body& body = world_.bodies[row];
+  if (!body.is_dynamic()) return kinematic_pose(body, t);
+  const std::int32_t k = world_.work.index_of[row];
+  Body moved = {};
+  moved.state = move_free(start_[k], body.inertia, total_[k], t);
+  moved.center_of_mass = body.center_of_mass;
+  return moved.pose();
+}
+
 // Smallest separation at time t among the pair's points that do not touch now; +infinity when there
 // is none.
 double IslandAdvance::approach_of_pair(const ColliderPair& pair, double t) {
-  const auto pose_of = [&](std::int32_t row) {
-    const Body& body = world_.bodies[row];
-    if (!body.is_dynamic()) return kinematic_pose(body, t);
-    const std::int32_t k = world_.work.index_of[row];
-    Body moved = {};
-    moved.state = move_free(start_[k], body.inertia, total_[k], t);
-    moved.center_of_mass = body.center_of_mass;
-    return moved.pose();
-  };
   const Collider& a = world_.colliders[pair.a];
   const Collider& b = world_.colliders[pair.b];
   work_.points.clear();
-  find_contacts(a.shape, pose_of(a.body) * a.local, b.shape, pose_of(b.body) * b.local,
+  find_contacts(a.shape, pose_at(a.body, t) * a.local, b.shape, pose_at(b.body, t) * b.local,
                 pair_margin(world_, pair), work_.points);
   double nearest = std::numeric_limits<double>::infinity();
   for (const ContactPoint& p : work_.points) {
@@ -50,10 +54,53 @@ bool IslandAdvance::touches(const ColliderPair& pair) const {
   });
 }
 
-// Only over the plane of a face that its body stands on can the pair meet.
+// Only beyond the plane of a face that its body stands on can the pair meet.
 bool IslandAdvance::is_covered(const ColliderPair& pair) const {
   return std::any_of(covered.begin(), covered.end(),
                      [&](const ColliderPair& c) { return c.a == pair.a && c.b == pair.b; });
+}
+
+// Whether the body of a covered pair that stands on a face will not go beyond the face's plane
+// within t. Looks at the ends of short intervals.
+bool IslandAdvance::stays_on_plane(const ColliderPair& pair, double t) const {
+  constexpr double turn = 0.1;  // rad between two looks
+  constexpr double most_looks = 64.0;
+  const auto stays = [&](const Contact& c, bool slider_is_b) {
+    const Collider& slider = world_.colliders[slider_is_b ? c.collider_b : c.collider_a];
+    const std::int32_t floor = slider_is_b ? c.body_a : c.body_b;
+    const Pose start = world_.bodies[floor].pose();
+    const Vec3 normal = start.rotate_inverse(slider_is_b ? Vec3(-c.point.normal) : c.point.normal);
+    const Vec3& on_floor = slider_is_b ? c.local_a : c.local_b;
+    const double spin = world_.bodies[slider.body].angular_velocity().norm();
+    const double looks = std::fmin(1.0 + std::floor(spin * t / turn), most_looks);
+    for (double i = 1.0; i <= looks; i += 1.0) {
+      const double at = t * (i / looks);
+      const Pose pose = pose_at(floor, at);
+      const Vec3 n = pose.rotate(normal);
+      const double below = extent(slider.shape, pose_at(slider.body, at) * slider.local, -n);
+      if (-below - n.dot(pose.apply(on_floor)) < -2.0 * c.touch) return false;
+    }
+    return true;
+  };
+  return std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+    const NormalOwner owner = c.point.normal_owner;
+    if (!c.touching() || (owner != NormalOwner::A && owner != NormalOwner::B)) return false;
+    for (const std::int32_t slider : {pair.a, pair.b}) {
+      const std::int32_t piece = slider == pair.a ? pair.b : pair.a;
+      if ((c.collider_a != slider && c.collider_b != slider) || c.collider_a == piece ||
+          c.collider_b == piece || !world_.bodies[world_.colliders[slider].body].is_dynamic())
+        continue;
+      const bool slider_is_b = c.collider_b == slider;
+      const Vec3 n = slider_is_b ? Vec3(-c.point.normal) : c.point.normal;
+      const Vec3& on_floor = slider_is_b ? c.point.point_a : c.point.point_b;
+      const Collider& other = world_.colliders[piece];
+      const Pose pose = world_.bodies[other.body].pose() * other.local;
+      if (is_surface(other.shape) || extent(other.shape, pose, n) > n.dot(on_floor) + 2.0 * c.touch)
+        continue;
+      if (stays(c, slider_is_b)) return true;
+    }
+    return false;
+  });
 }
 
 // m: how much the surfaces of the pair can near each other within t, under the present forces.
@@ -75,7 +122,7 @@ double IslandAdvance::closing_bound(const ColliderPair& pair, double t) const {
 std::optional<double> IslandAdvance::impact_of_pair(const ColliderPair& pair, double t_max) const {
   const Collider& a = world_.colliders[pair.a];
   const Collider& b = world_.colliders[pair.b];
-  double gap = std::numeric_limits<double>::infinity();
+  double gap = is_covered(pair) ? 0.0 : std::numeric_limits<double>::infinity();
   for (const Contact& c : contacts) {
     if (c.collider_a == pair.a && c.collider_b == pair.b) gap = std::fmin(gap, c.point.separation);
   }
@@ -86,10 +133,25 @@ std::optional<double> IslandAdvance::impact_of_pair(const ColliderPair& pair, do
     const std::int32_t k = world_.work.index_of[row];
     return FreeSweep(body, start_[k], total_[k], t_max);
   };
+  // Poses of a body that turns many times under a torque are dear: fewer of them.
+  constexpr double dear = 10.0;  // rad
+  double angle = 0.0;
+  for (const std::int32_t row : {a.body, b.body}) {
+    if (!world_.bodies[row].is_dynamic()) continue;
+    const std::int32_t k = world_.work.index_of[row];
+    const Wrench& w = total_[k];
+    if (w.torque.isZero(0.0)) continue;
+    angle = std::fmax(angle, t_max * max_angular_speed(start_[k], world_.bodies[row].inertia,
+                                                       w.torque.norm(), t_max));
+  }
+  constexpr double fewest = 50.0;
+  const int queries = static_cast<int>(
+      std::fmax(fewest, usual_distance_queries * std::fmin(1.0, dear / std::fmax(angle, dear))));
   const FreeSweep sweep_a = sweep_of(a.body);
   const FreeSweep sweep_b = sweep_of(b.body);
-  return time_of_impact(a.shape, PartSweep(sweep_a, a.local), b.shape, PartSweep(sweep_b, b.local),
-                        t_max);
+  return find_time_of_impact(a.shape, PartSweep(sweep_a, a.local), b.shape,
+                             PartSweep(sweep_b, b.local), t_max, queries)
+      .time;
 }
 
 double IslandAdvance::next_contact_time(double tau) {
@@ -98,10 +160,12 @@ double IslandAdvance::next_contact_time(double tau) {
     const double size = std::fmin(world_.colliders[pair.a].size, world_.colliders[pair.b].size);
     const double touch = touch_distance(size);
     if (!touches(pair)) {
-      if (is_covered(pair)) continue;
+      const bool covered_now = is_covered(pair);
+      if (covered_now && stays_on_plane(pair, earliest)) continue;
       // Apart: conservative advancement on the true motion, which no thin wall escapes.
       const auto t = impact_of_pair(pair, earliest);
-      if (t && *t < earliest) earliest = *t;
+      // Side by side with a covered piece is no meeting.
+      if (t && *t < earliest && !(covered_now && *t == 0.0)) earliest = *t;
       continue;
     }
     if (closing_bound(pair, earliest) < touch) continue;  // at rest

@@ -1,6 +1,8 @@
 // The motion a body will make when nothing new meets it, as a curve of poses for time_of_impact.
 #pragma once
 
+#include <array>
+
 #include "body/body.hpp"
 #include "collision/queries.hpp"
 
@@ -14,20 +16,26 @@ class FreeSweep final : public Sweep {
 
   Pose at(double t) const override;
   Vec3 center(double t) const override;
+  Vec3 velocity(double t) const override { return velocity_ + t * acceleration_; }
+  Vec3 acceleration() const override { return acceleration_; }
   double max_angular_speed() const override { return angular_speed_; }
-  double max_linear_speed(double t) const override;
   double max_angular_acceleration() const override { return angular_acceleration_; }
-  double max_linear_acceleration() const override { return acceleration_.norm(); }
 
  private:
+  Quat orientation(double t) const;
+
   const Body& body_;
   RigidState start_;
   Wrench wrench_;
-  double t_max_;
   Vec3 velocity_;                      // m/s, at t = 0
   Vec3 acceleration_ = Vec3::Zero();   // m/s^2
   double angular_speed_ = 0.0;         // rad/s
   double angular_acceleration_ = 0.0;  // rad/s^2
+  // Of a body that turns many times: orientations at multiples of `knot_time_`, from which the
+  // others are reached; worked out as far as they were asked for.
+  double knot_time_ = 0.0;  // s; 0: none
+  mutable std::array<Quat, 257> knots_;
+  mutable int known_knots_ = 0;
 };
 
 }  // namespace rb

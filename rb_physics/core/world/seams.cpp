@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <span>
+#include <cstddef>
+#include <cstdint>
 #include <variant>
 
 #include "collision/extent.hpp"
@@ -12,18 +12,33 @@
 namespace rb {
 namespace {
 
-// The plane of a face between a body and an immovable one: it separates the two.
-struct Support {
-  std::int32_t collider;
-  Vec3 normal;        // unit, to the body
-  double height;      // m, normal . x on the plane
-  double separation;  // m, of the body
-  double touch;       // m
+// A contact as the one of its bodies that may slide feels it; `piece` is the other one's collider.
+struct View {
+  Contact* contact;
+  bool slider_is_b;
+
+  std::int32_t piece() const { return slider_is_b ? contact->collider_a : contact->collider_b; }
+  std::int32_t piece_body() const { return slider_is_b ? contact->body_a : contact->body_b; }
+  const Vec3& on_piece() const {
+    return slider_is_b ? contact->point.point_a : contact->point.point_b;
+  }
+  const Vec3& on_slider() const {
+    return slider_is_b ? contact->point.point_b : contact->point.point_a;
+  }
+  // To the slider.
+  Vec3 normal() const { return slider_is_b ? Vec3(-contact->point.normal) : contact->point.normal; }
 };
 
-bool immovable(const World& world, const Contact& c) {
-  return !world.bodies[c.body_b].is_dynamic();
-}
+// The plane of a face between a body and one it meets: it separates the two.
+struct Support {
+  std::int32_t collider;
+  std::int32_t body;  // row
+  Vec3 normal;        // unit, to the slider
+  double height;      // m, normal . x on the plane
+  double separation;  // m, of the slider
+  double touch;       // m
+  bool of_slider;     // the face is the slider's own
+};
 
 // m: how far the collider reaches along the direction, or more.
 double reach_along(const World& world, std::int32_t collider, const Vec3& direction) {
@@ -39,60 +54,139 @@ double reach_along(const World& world, std::int32_t collider, const Vec3& direct
 }
 
 // The plane's own contacts, and those whose normal differs by rounding.
-bool along(const Contact& c, const Vec3& normal) {
+bool along(const View& v, const Vec3& normal) {
   constexpr double rounding = 1e-10;
-  const double most = c.point.normal_owner == NormalOwner::CENTERS ? rounding : tolerance::parallel;
-  return (c.point.normal - normal).squaredNorm() <= most * most;
+  const bool centers = v.contact->point.normal_owner == NormalOwner::CENTERS;
+  const double most = centers ? rounding : tolerance::parallel;
+  return (v.normal() - normal).squaredNorm() <= most * most;
 }
 
-bool covers(const World& world, const Support& s, const Contact& c) {
-  if (s.collider == c.collider_b || !immovable(world, c) || along(c, s.normal)) return false;
-  const double level = s.touch + c.touch;
-  const double above = s.normal.dot(c.point.point_b) - s.height;
+// m/s: of the point p of the body.
+Vec3 velocity_at(const Body& body, const Vec3& p) {
+  return body.linear_velocity() + body.angular_velocity().cross(p - body.state.x);
+}
+
+bool covers(const World& world, const Support& s, const View& v) {
+  const Vec3& p = v.on_piece();
+  const double level = s.touch + v.contact->touch;
+  const double above = s.normal.dot(p) - s.height;
   if (above > level || above < std::fmin(0.0, s.separation) - level) return false;
-  return reach_along(world, c.collider_b, s.normal) <= s.height + level;
+  if (s.collider == v.piece() || along(v, s.normal)) return false;
+  if (reach_along(world, v.piece(), s.normal) > s.height + level) return false;
+  if (s.body == v.piece_body()) return true;
+  // They stay level over the next step.
+  const Body &plane = world.bodies[s.body], &piece = world.bodies[v.piece_body()];
+  const double rising = s.normal.dot(velocity_at(piece, p) - velocity_at(plane, p));
+  return world.settings.dt * std::fabs(rising) <= level;
 }
 
-// One plane for every pair of faces in the contacts of one collider A.
-void find_supports(const World& world, std::span<const Contact> contacts,
-                   std::vector<Support>& out) {
+// Makes the contact one with the plane: all that the slider can meet there from above.
+void lift(const World& world, const Support& s, const View& v) {
+  Contact& c = *v.contact;
+  const Vec3 on_slider = v.on_slider();
+  const double height = s.normal.dot(on_slider) - s.height;
+  const Vec3 on_plane = on_slider - height * s.normal;
+  c.point.normal = v.slider_is_b ? Vec3(-s.normal) : s.normal;
+  c.point.separation = height;
+  c.point.point_a = v.slider_is_b ? on_plane : on_slider;
+  c.point.point_b = v.slider_is_b ? on_slider : on_plane;
+  c.point.normal_owner = s.of_slider == v.slider_is_b ? NormalOwner::B : NormalOwner::A;
+  c.local_a = world.bodies[c.body_a].pose().apply_inverse(c.point.point_a);
+  c.local_b = world.bodies[c.body_b].pose().apply_inverse(c.point.point_b);
+}
+
+// One plane for every pair of faces.
+void find_supports(const std::vector<View>& views, std::vector<Support>& out) {
   out.clear();
-  for (const Contact& c : contacts) {
-    const bool of_face =
-        c.point.normal_owner == NormalOwner::A || c.point.normal_owner == NormalOwner::B;
-    if (!of_face || !immovable(world, c)) continue;
-    if (!out.empty() && out.back().collider == c.collider_b &&
-        (out.back().normal - c.point.normal).isZero(0.0)) {
+  for (const View& v : views) {
+    const Contact& c = *v.contact;
+    if (c.point.normal_owner != NormalOwner::A && c.point.normal_owner != NormalOwner::B) continue;
+    const Vec3 normal = v.normal();
+    if (!out.empty() && out.back().collider == v.piece() &&
+        (out.back().normal - normal).isZero(0.0)) {
       out.back().separation = std::fmin(out.back().separation, c.point.separation);
       continue;
     }
-    out.push_back({c.collider_b, c.point.normal, c.point.normal.dot(c.point.point_b),
-                   c.point.separation, c.touch});
+    out.push_back({v.piece(), v.piece_body(), normal, normal.dot(v.on_piece()), c.point.separation,
+                   c.touch, (c.point.normal_owner == NormalOwner::B) == v.slider_is_b});
   }
 }
 
+// The contacts of every collider that may slide, as lists linked through `next`: contact i is
+// element 2 i of its A's list and 2 i + 1 of its B's, where B can move.
+class Lists {
+ public:
+  void build(const World& world, std::vector<Contact>& contacts) {
+    contacts_ = contacts.data();
+    if (first_.size() < world.colliders.size()) first_.resize(world.colliders.size(), none);
+    next_.resize(2 * contacts.size());
+    sliders.clear();
+    for (std::size_t i = contacts.size(); i-- > 0;) {  // from the back: the lists run in order
+      const Contact& c = contacts[i];
+      link(c.collider_a, static_cast<std::int32_t>(2 * i));
+      if (world.bodies[c.body_b].is_dynamic())
+        link(c.collider_b, static_cast<std::int32_t>(2 * i + 1));
+    }
+  }
+
+  // Empties the slider's list into `out`; false when all of it is of one pair.
+  bool take(std::int32_t slider, std::vector<View>& out) {
+    out.clear();
+    bool several = false;
+    for (std::int32_t e = first_[slider]; e != none; e = next_[e]) {
+      out.push_back({contacts_ + e / 2, e % 2 == 1});
+      several |= out.back().piece() != out.front().piece();
+    }
+    first_[slider] = none;
+    return several;
+  }
+
+  std::vector<std::int32_t> sliders;  // colliders
+
+ private:
+  static constexpr std::int32_t none = -1;
+
+  void link(std::int32_t collider, std::int32_t element) {
+    if (first_[collider] == none) sliders.push_back(collider);
+    next_[element] = first_[collider];
+    first_[collider] = element;
+  }
+
+  Contact* contacts_ = nullptr;
+  std::vector<std::int32_t> first_;  // per collider; all `none` between two uses
+  std::vector<std::int32_t> next_;
+};
+
 }  // namespace
 
-void cover_seams(const World& world, std::span<Contact> contacts) {
+void cover_seams(const World& world, std::vector<Contact>& contacts) {
+  struct Lift {
+    View view;
+    Support plane;
+  };
+  static thread_local Lists lists;
+  static thread_local std::vector<View> views;
   static thread_local std::vector<Support> supports;
-  for (std::size_t first = 0; first < contacts.size();) {
-    std::size_t last = first;
-    bool several = false;  // B
-    for (; last < contacts.size() && contacts[last].collider_a == contacts[first].collider_a;
-         ++last) {
-      contacts[last].role = ContactRole::ACTIVE;
-      several |= contacts[last].collider_b != contacts[first].collider_b;
-    }
-    const std::span<Contact> of_a(contacts.data() + first, last - first);
-    first = last;
-    if (!several) continue;
-    find_supports(world, of_a, supports);
+  static thread_local std::vector<Lift> lifts;
+  for (Contact& c : contacts) c.role = ContactRole::ACTIVE;
+  lists.build(world, contacts);
+  lifts.clear();
+  for (const std::int32_t slider : lists.sliders) {
+    if (!lists.take(slider, views)) continue;
+    find_supports(views, supports);
     for (const Support& s : supports) {
-      for (Contact& c : of_a) {
-        if (c.role == ContactRole::COVERED || !covers(world, s, c)) continue;
-        c.role = s.separation <= s.touch ? ContactRole::COVERED : ContactRole::SHADED;
+      for (const View& v : views) {
+        if (v.contact->role == ContactRole::COVERED || !covers(world, s, v)) continue;
+        if (s.normal.dot(v.on_slider()) - s.height <= s.touch + v.contact->touch) {
+          v.contact->role = ContactRole::COVERED;
+        } else {
+          lifts.push_back({v, s});
+        }
       }
     }
+  }
+  for (const Lift& l : lifts) {
+    if (l.view.contact->role == ContactRole::ACTIVE) lift(world, l.plane, l.view);
   }
 }
 

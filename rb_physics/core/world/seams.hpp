@@ -4,17 +4,18 @@
 // of the plane it slides on. (Meshes keep their own seams: collision/surface_contacts.)
 #pragma once
 
-#include <span>
+#include <vector>
 
 #include "world/world.hpp"
 
 namespace rb {
 
-// Sets the role of every contact in `contacts` (ordered by pair, none of them a GHOST). COVERED or
-// SHADED becomes a contact of A with an immovable B where A meets another immovable body or part
-// face on, the plane of that face has all of B on its far side, B touches the plane where the
-// contact is, and the contact's normal is not the plane's. Lengths count as zero up to the touch
-// distance.
-void cover_seams(const World& world, std::span<Contact> contacts);
+// Looks for contacts of a body and a piece where the body meets another piece face on, the plane of
+// that face has all of the first piece on its far side, that piece touches the plane where the
+// contact is and stays level with the other one, and the contact's normal is not the plane's.
+// Lengths count as zero up to the touch distance. Where the body's point lies in the plane as well,
+// the contact becomes COVERED; where it is above, its normal and separation become those to the
+// plane. `contacts` are ordered by pair, none of them is a GHOST; all others become ACTIVE.
+void cover_seams(const World& world, std::vector<Contact>& contacts);
 
 }  // namespace rb
