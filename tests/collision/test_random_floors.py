@@ -9,7 +9,7 @@ import rb_physics as rb
 from tests import oracles
 from tests.collision.test_internal_edges import SEAM_FREE, hull_of_box, product, sliders
 
-WIDTH, DEPTH = 6.0, 0.8  # of a floor and of a piece, in sizes of the slider
+WIDTH, DEPTH = 4.0, 0.8  # of a floor and of a piece, in sizes of the slider
 
 
 def cuts(rng, smallest=0.3, largest=2.5):
@@ -49,9 +49,9 @@ def rectangles(rng):
 
 def triangles(rng):
     """Prisms over a grid whose points are moved at random."""
-    lines = np.arange(-WIDTH, WIDTH + 1, 1.5)
+    lines = np.arange(-WIDTH, WIDTH + 1, 2.0)
     x, y = np.meshgrid(lines, lines, indexing="ij")
-    points = np.stack([x, y], axis=-1) + rng.uniform(-0.4, 0.4, (*x.shape, 2))
+    points = np.stack([x, y], axis=-1) + rng.uniform(-0.5, 0.5, (*x.shape, 2))
     for i, j in itertools.product(range(len(lines) - 1), repeat=2):
         a, b, c, d = points[i, j], points[i + 1, j], points[i + 1, j + 1], points[i, j + 1]
         for polygon in ((a, b, c), (a, c, d)) if rng.integers(2) else ((a, b, d), (b, c, d)):
@@ -69,8 +69,8 @@ def scaled(shape, size):
     return rb.TriangleMesh(np.multiply(shape.vertices, size), shape.triangles)
 
 
-def pose_type(rng, shape) -> str:
-    choice = rng.choice(["static", "kinematic", "dynamic"], p=[0.3, 0.2, 0.5])
+def body_type(rng, shape) -> str:
+    choice = rng.choice(["static", "kinematic", "dynamic"], p=[0.45, 0.25, 0.3])
     return "static" if isinstance(shape, rb.TriangleMesh) else str(choice)
 
 
@@ -110,7 +110,7 @@ def slide(layout, name, seed, steps=120):
                 friction=0.0,
             )
             row = len(world.bodies) - 1
-        kind = pose_type(rng, piece)
+        kind = body_type(rng, piece)
         world.add_body(
             scaled(piece, size),
             type=kind,
@@ -138,7 +138,7 @@ def slide(layout, name, seed, steps=120):
 @pytest.mark.parametrize("name", [*sliders(1.0), "particle"])
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_no_seam_is_felt(layout, name):
-    pieces = [slide(layout, name, seed) for seed in range(4)]
+    pieces = [slide(layout, name, seed) for seed in range(3)]
     assert max(pieces) >= 3
 
 

@@ -28,7 +28,10 @@ def test_no_contacts_without_touch(surface, body):
     shape, (floor, at) = BODIES[body], SURFACES[surface]
     apart = 0
     for _ in range(2000):
-        pose = (rng.uniform(-1, 1, 3) * (1.5, 0.8, 1) + (0, 0, 0.8), oracles.random_orientation(rng))
+        pose = (
+            rng.uniform(-1, 1, 3) * (1.5, 0.8, 1) + (0, 0, 0.8),
+            oracles.random_orientation(rng),
+        )
         distance = core.distance(shape, *pose, floor, at, (0, 0, 0, 1))[0]
         if distance <= 1e-9:
             continue
