@@ -18,6 +18,7 @@ import rb_physics as rb
 
 from .engines import scenes
 from .engines.engine_rb_physics import shape_of
+from .engines.penetration import separations
 from .engines.scene import Scene
 
 
@@ -61,6 +62,7 @@ SERIES: dict[str, tuple[Callable[[int], Scene], Sequence[int], int, int]] = {
     # name: scene of a size, sizes, steps before the clock, steps per block
     "separate boxes at rest": (scenes.resting, (100, 300, 1000, 3000, 10000), 10, 3),
     "separate boxes in flight": (scenes.separate, (100, 300, 1000, 3000, 10000), 5, 3),
+    "pile of boxes": (scenes.pile, (100, 300, 666, 1000, 2000, 4000), 60, 3),
     "heap of spheres": (lambda n: scenes.heap("spheres", n), (100, 666, 1000, 4000), 3, 1),
     "heap of boxes": (lambda n: scenes.heap("boxes", n), (100, 666, 1000, 4000), 3, 1),
 }
@@ -76,15 +78,20 @@ def measure(name: str, threads: int, cap: float) -> tuple[list[int], list[float]
         if times and times[-1] * (n / done[-1]) ** 1.2 * (warm_up + 5 * block) > cap:
             print(f"{name}: {n} bodies left out, above {cap:g} s", flush=True)
             break
-        world = build(make(n), threads)
+        scene = make(n)
+        world = build(scene, threads)
         times.append(seconds_per_step(world, warm_up, block))
         done.append(n)
         contacts.append(world.stats.contacts)
+        poses = np.asarray(world.positions)[:n], np.asarray(world.orientations)[:n]
+        gaps = separations(scene, *poses)
+        depth = float(np.percentile(np.maximum(0.0, -gaps), 99)) if len(gaps) else 0.0
         per_body = 1e6 * times[-1] / n
         per_contact = f"{1e6 * times[-1] / contacts[-1]:8.2f}" if contacts[-1] else "       –"
         print(
             f"{name:26s} {threads} thread{'s' * (threads > 1)} {n:6d} {1e3 * times[-1]:9.3f} ms "
-            f"{per_body:8.2f} µs/body {per_contact} µs/contact",
+            f"{per_body:8.2f} µs/body {per_contact} µs/contact "
+            f"penetration, 99 % {depth:.1e} m",
             flush=True,
         )
     return done, times, contacts
@@ -125,13 +132,15 @@ def plot(results: dict[str, tuple[list[int], list[float]]], path: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.scaling", description=__doc__)
     parser.add_argument("--plot", type=Path, help="draw time over size into this file")
+    parser.add_argument("--series", default="", help="only those whose name contains this")
     parser.add_argument("--cap", type=float, default=60.0, help="s per size (60)")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
     arguments = parser.parse_args()
-    body, contact = memory()
-    print(f"memory: {body / 1024:.1f} KiB per body, {contact / 1024:.1f} KiB per contact")
+    if not arguments.series:
+        body, contact = memory()
+        print(f"memory: {body / 1024:.1f} KiB per body, {contact / 1024:.1f} KiB per contact")
     results = {}
-    for name in SERIES:
+    for name in (name for name in SERIES if arguments.series in name):
         seen: dict[int, list[float]] = {}
         for threads in arguments.threads:
             sizes, times, _ = measure(name, threads, arguments.cap)
