@@ -47,7 +47,7 @@ class Player:
         self._anchor: tuple[float, int] | None = (
             None  # wall time (s) and log time that belong together
         )
-        self._last: int | None = None  # log time of the last message, ns
+        self._last: int | None = None  # ns of log time, of the last message or seek
 
     # -- asked for from other threads ---------------------------------------------------------------
 
@@ -57,8 +57,9 @@ class Player:
 
     @property
     def position(self) -> int | None:
-        """Log time of the last message, ns; None before the first."""
-        return self._last
+        """ns of log time: of the last message, or where `seek` went; None before the first."""
+        with self._changed:
+            return self._last if self._next_start is None else self._next_start
 
     def pause(self, paused: bool = True) -> None:
         with self._changed:
@@ -97,6 +98,7 @@ class Player:
             with self._changed:
                 found, self._next_start = self._next_start, None
                 self._anchor = None
+                self._last = found if found is not None else self._last
             if found is not None:
                 start = found
             elif self.loop and sent:

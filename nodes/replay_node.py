@@ -96,7 +96,8 @@ class Replay:
         declare = declare_parameter = partial(declare_one, node)
         path = declare("recording", "")
         rate = declare("rate", 1.0)
-        start = _nanoseconds("start", declare("start", 0.0))
+        start = declare("start", 0.0)
+        _nanoseconds("start", start)
         loop, paused = declare("loop", False), declare("paused", False)
         with_inputs = declare("inputs", False)
         declare_parameter("seek_time", 0.0)
@@ -108,6 +109,10 @@ class Replay:
         check_rate(rate)
         recording = Recording(path)
         recording.load_index()
+        span = recording.span()
+        if span is None:
+            raise ValueError(f"{path} holds no messages: it is empty or damaged")
+        self._span = span
         content = recording.attachment(
             "topics.json", "was not made by rb_physics: replay it with ros2 bag play"
         )
@@ -123,11 +128,17 @@ class Replay:
             wanted = name in only if only else wanted
             if wanted and name not in excluded and self._create(topic) == "transient_local":
                 latched.add(name)
+        if not self._publishers:
+            raise ValueError(
+                "no topic is left to publish: set the parameters topics, exclude_topics and inputs to "
+                "others"
+            )
         self._player = Player(
             recording, set(self._publishers), latched & set(self._publishers), self._publish,
-            rate=rate, start=start, loop=loop, paused=paused,
+            rate=rate, start=self._moment("start", start), loop=loop, paused=paused,
         )  # fmt: skip
         node.add_on_set_parameters_callback(self._check_parameters)
+        node.add_post_set_parameters_callback(self._take_parameters)
         self._make_services()
 
     def _create(self, topic: dict[str, Any]) -> str:
@@ -203,7 +214,7 @@ class Replay:
 
     def _seek(self) -> tuple[bool, str]:
         try:
-            moment = _nanoseconds("seek_time", self._node.get_parameter("seek_time").value)
+            moment = self._moment("seek_time", self._node.get_parameter("seek_time").value)
         except ValueError as error:
             return False, str(error)
         self._player.seek(moment)
@@ -223,14 +234,31 @@ class Replay:
         try:
             for parameter in parameters:
                 if parameter.name == "rate":
-                    self._player.set_rate(float(parameter.value))
-                elif parameter.name == "loop":
-                    self._player.loop = bool(parameter.value)
-                else:
-                    _nanoseconds("seek_time", parameter.value)
+                    check_rate(parameter.value)
+                elif parameter.name == "seek_time":
+                    self._moment("seek_time", parameter.value)
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
+
+    def _take_parameters(self, parameters: Sequence[Any]) -> None:
+        """Those that were checked, all of them."""
+        for parameter in parameters:
+            if parameter.name == "rate":
+                self._player.set_rate(parameter.value)
+            elif parameter.name == "loop":
+                self._player.loop = parameter.value
+
+    def _moment(self, name: str, seconds: float) -> int:
+        """ns of a parameter's time. Raises ValueError when the recording is over by then."""
+        moment = _nanoseconds(name, seconds)
+        first, last = self._span
+        if moment > last:
+            raise ValueError(
+                f"parameter {name} is {seconds:.9g} s, but the recording goes from {first * 1e-9:.9g} to "
+                f"{last * 1e-9:.9g} s"
+            )
+        return moment
 
 
 def _answer(call: Callable[[], tuple[bool, str]]) -> Callable[[Any, Any], Any]:

@@ -329,7 +329,9 @@ def _simulate_recorded(world: World, steps: int, scene: Scene, folder: Path, rer
             recorder.after_step()
             progress(count)
             if recorder.error is not None:
-                raise RecordingError(f"recording stopped at {world.time:g} s: {recorder.error}")
+                break
+    if recorder.error is not None:
+        raise RecordingError(f"the run ended at {world.time:g} s: {recorder.error}")
     if recorder.view_error is not None:
         click.echo(f"{recorder.view_error}; the bag is complete", err=True)
 

@@ -122,6 +122,10 @@ def branch(
             recorder.after_step()
             if progress is not None:
                 progress(step + 1 - first, last - first, dt)
+            if recorder.error is not None:
+                break
+    if recorder.error is not None:
+        raise RecordingError(f"the branch ended at {world.time:g} s: {recorder.error}")
     return last - first
 
 

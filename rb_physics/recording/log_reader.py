@@ -191,6 +191,20 @@ class Recording:
         for path in self.files:
             self._summary(path)
 
+    def span(self) -> tuple[int, int] | None:
+        """First and last log time, ns; None without messages. Of finished files their index tells."""
+        first: int | None = None
+        last = 0
+        summaries = [self._summary(path) for path in self.files]
+        if None in summaries:
+            spans = ((m.log_time, m.log_time) for m in self.messages(skip_damaged=True))
+        else:
+            spans = ((c.first_time, c.last_time) for s in summaries if s for c in s.chunks)
+        for start, end in spans:
+            first = start if first is None else min(first, start)
+            last = max(last, end)
+        return (first, last) if first is not None else None
+
     def _summary(self, path: Path) -> Summary | None:
         from mcap.exceptions import McapError
 

@@ -6,19 +6,19 @@ killed process loses no more than that. Nothing existing is ever overwritten.
 
 from __future__ import annotations
 
-import contextlib
 import importlib.util
 import os
 import threading
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
+from .bag_file import RESERVE_METADATA, Attachment, BagFile, LogTopic
 from .definitions import definition
-from .mcap_writer import COMPRESSIONS, McapWriter
+from .log_folder import LogFolder
+from .mcap_writer import COMPRESSIONS
 from .message_queue import Entry, MessageQueue
-from .rosbag2 import FileInfo, bag_metadata, channel_metadata, write_atomically
+from .rosbag2 import FileInfo, bag_metadata
 from .topics import Qos
 
 _WAKE = 0.01  # s between two looks into the queue; short, so that no burst holds the interpreter
@@ -29,7 +29,8 @@ _BEHIND, _GIVE_WAY = 1.75, 0.5
 # is never dropped: so a slow disk leaves outputs behind, and not the inputs, hashes and snapshots.
 _AT_LENGTH = 0.5
 _YIELD_EVERY = 64  # messages written before other threads get a chance
-_RESERVE_CHUNKS = 4  # room for the chunks in hand, kept free on the disk beside the file's index
+_LOOK = 0.5  # s between two looks whether the folder is still there
+_AT_IT = 0.1  # s for what takes the folder away to come to its end
 # The index waits in memory for its file's end, and readers look through all of it: at this size a
 # new file begins.
 _INDEX_BYTES = 2 * 1024 * 1024
@@ -41,68 +42,6 @@ class RecordingError(ValueError):
 
 class FolderExistsError(RecordingError):
     """The folder of a recording exists already."""
-
-
-class LogTopic(NamedTuple):
-    """A topic of the bag."""
-
-    name: str
-    type: str
-    qos: Qos
-
-
-class Attachment(NamedTuple):
-    """A file stored inside every .mcap file of the bag."""
-
-    name: str
-    media_type: str
-    data: bytes
-
-
-class _Stream:
-    """The file below the MCAP writer. Bytes reach it in `commit`: all of them or none."""
-
-    def __init__(self, path: Path) -> None:
-        self._descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
-        self._pending = bytearray()
-        self.committed = 0  # bytes in the file
-
-    def write(self, data: bytes) -> int:
-        self._pending += data
-        return len(data)
-
-    def tell(self) -> int:
-        return self.committed + len(self._pending)
-
-    def commit(self) -> None:
-        """Raises OSError and leaves the file as it was before when the bytes don't fit."""
-        view = memoryview(self._pending)
-        written = 0
-        try:
-            while written < len(view):
-                written += os.write(self._descriptor, view[written:])
-        except OSError:
-            os.ftruncate(self._descriptor, self.committed)
-            os.lseek(self._descriptor, self.committed, os.SEEK_SET)
-            raise
-        finally:
-            view.release()
-        self.committed += written
-        self._pending.clear()
-
-    def sync(self) -> None:
-        os.fdatasync(self._descriptor)
-
-    def free_bytes(self) -> int:
-        status = os.fstatvfs(self._descriptor)
-        return status.f_bavail * status.f_frsize
-
-    @property
-    def pending(self) -> int:
-        return len(self._pending)
-
-    def close(self) -> None:
-        os.close(self._descriptor)
 
 
 class McapLog:
@@ -126,7 +65,8 @@ class McapLog:
         """Makes the folder (and its parents) and starts the writer.
 
         `flush_interval` s of wall time; `split_bytes` and `split_duration` (s of log time) begin a
-        new file; `fsync` forces every flush to the disk. Raises RecordingError.
+        new file; `fsync` forces every flush to the disk. Raises RecordingError, and leaves nothing
+        behind then.
         """
         if importlib.util.find_spec("mcap") is None:
             raise RecordingError("recording needs the mcap package: pip install mcap")
@@ -135,7 +75,6 @@ class McapLog:
                 f"compression {compression!r} is not one of {', '.join(COMPRESSIONS)}"
             )
         self.directory = Path(directory)
-        _make_folder(self.directory)
         self._compression = compression
         self._chunk_bytes, self._flush_interval = chunk_bytes, flush_interval
         self._split_bytes, self._split_duration = split_bytes, split_duration
@@ -145,6 +84,7 @@ class McapLog:
         self._queue = MessageQueue(queue_bytes, policy)
         self._topics: list[LogTopic] = []
         self._counts: list[int] = []
+        self._names: list[str] = []  # of the files made
         self._files: list[FileInfo] = []
         self._closing: dict[str, str] = {}
         self._last_time = 0
@@ -152,18 +92,31 @@ class McapLog:
         self._flushed = threading.Condition()
         self._last_flush = self._covered = time.monotonic()  # covered: given before is in the file
         self._waits = 0
-        self._stopped = False  # the file was closed before `close`
+        self._last_look = time.monotonic()
+        self._given = 0  # messages written so far, and those in hand to be written
+        self._before = 0  # messages in the files before the one in hand
+        self._unwanted = False
         self.messages = 0  # written to the file
         self.bytes = 0  # their payload
         self.split_count = 0  # files begun after the first
         self.error: str | None = None  # why writing stopped before `close`
+        self._folder = _make_folder(self.directory)
         try:
             self._begin_file()
             self._write_metadata()
-        except OSError as error:
-            raise RecordingError(self._sentence(error)) from None
-        self._thread = threading.Thread(target=self._run, name="mcap_log", daemon=True)
-        self._thread.start()
+            self._check_room()
+            self._thread = threading.Thread(target=self._run, name="mcap_log", daemon=True)
+            self._thread.start()
+        except BaseException as error:
+            if self._files:
+                self._file.close()
+            self._folder.remove([*self._names, "metadata.yaml"])
+            if not isinstance(error, OSError):
+                raise
+            raise RecordingError(
+                f"recording folder {self.directory} can't be written ({error.strerror}): choose "
+                "another one, or free some space"
+            ) from None
 
     # -- called by the simulation -----------------------------------------------------------------
 
@@ -204,7 +157,7 @@ class McapLog:
         return {
             "messages": self.messages,
             "bytes": self.bytes,
-            "file_bytes": sum(f.stat().st_size for f in self.directory.glob("*.mcap")),
+            "file_bytes": sum(f.size for f in self._files),
             "queued_bytes": self._queue.queued_bytes,
             "dropped": self._queue.dropped,
             "blocked": self._queue.blocked + self._waits,
@@ -216,33 +169,48 @@ class McapLog:
         self._queue.close()
         self._thread.join()
 
+    def discard(self, others: Sequence[str] = ()) -> None:
+        """Ends it and takes it away, with `others` in its folder: for a caller that couldn't begin."""
+        self._names += others
+        self._unwanted = True
+        self.close()
+
     # -- the writer's thread ----------------------------------------------------------------------
 
     def _run(self) -> None:
+        try:
+            self._write_until_closed()
+        except (OSError, ValueError) as error:
+            self._fail(self._sentence(error))
+        finally:
+            if self._unwanted:
+                self._folder.remove([*self._names, "metadata.yaml"])
+            self._folder.close()
+
+    def _write_until_closed(self) -> None:
         while True:
             closed = self._queue.closed
             left = self._last_flush + self._flush_interval - time.monotonic()
             entries = self._queue.take(min(_WAKE, max(left, 0.0)))
             taken = time.monotonic()
-            try:
-                for start in range(0, len(entries), _YIELD_EVERY):
-                    some = entries[start : start + _YIELD_EVERY]
-                    if not self._blocks and self._late(taken):
-                        some = self._essential(some)
-                    self._write_entries(some)
-                    time.sleep(0)
-                if time.monotonic() - self._last_flush >= self._flush_interval:
-                    self._flush()
-                    self._last_flush = time.monotonic()
-                    with self._flushed:
-                        self._covered = taken
-                        self._flushed.notify_all()
-                if closed:
-                    self._end_file()
-                    self._write_metadata()
-                    return
-            except (OSError, ValueError) as error:
-                self._fail(self._sentence(error))
+            self._given = self.messages + len(entries)
+            for start in range(0, len(entries), _YIELD_EVERY):
+                some = entries[start : start + _YIELD_EVERY]
+                if not self._blocks and self._late(taken):
+                    some = self._essential(some)
+                self._write_entries(some)
+                time.sleep(0)
+            if time.monotonic() - self._last_flush >= self._flush_interval:
+                self._flush()
+                self._last_flush = time.monotonic()
+                with self._flushed:
+                    self._covered = taken
+                    self._flushed.notify_all()
+            if closed or time.monotonic() - self._last_look >= _LOOK:
+                self._look()
+            if closed:
+                self._end_file()
+                self._write_metadata()
                 return
 
     def _late(self, taken: float) -> bool:
@@ -251,142 +219,194 @@ class McapLog:
     def _essential(self, entries: list[Entry]) -> list[Entry]:
         """What is never dropped; the rest is counted."""
         kept = [entry for entry in entries if entry.topic in self._queue.essential]
-        self._queue.dropped += len(entries) - len(kept)
+        left_out = len(entries) - len(kept)
+        self._queue.dropped += left_out
+        self._given -= left_out
         return kept
 
     def _write_entries(self, entries: list[Entry]) -> None:
         for topic, log_time, step, data in entries:
             if self._must_split(log_time):
+                self._look()
                 self._end_file()
                 self._begin_file()
                 self._write_metadata()
                 self.split_count += 1
-            channel = self._channels.get(topic)
-            if channel is None:
-                channel = self._register(topic)
-            self._writer.add_message(channel, log_time, data, log_time, step & 0xFFFFFFFF)
-            info = self._files[-1]
-            if info.start is None:
-                info.start = log_time
-            info.end = max(info.end, log_time)
-            info.message_count += 1
+            self._file.add(topic, self._topics, log_time, step, data)
             self._counts[topic] += 1
             self.messages += 1
             self.bytes += len(data)
-            if self._stream.pending > self._chunk_bytes:
+            if self._file.pending > self._chunk_bytes:
                 self._commit()
 
     def _must_split(self, log_time: int) -> bool:
-        info = self._files[-1]
-        if info.start is None:
+        file = self._file
+        if file.info.start is None:
             return False
-        if self._writer.index_bytes >= _INDEX_BYTES:
+        if file.index_bytes >= _INDEX_BYTES:
             return True
-        if self._split_bytes is not None and self._stream.tell() >= self._split_bytes:
+        if self._split_bytes is not None and file.size >= self._split_bytes:
             return True
-        return (
-            self._split_duration is not None and log_time - info.start >= self._split_duration * 1e9
-        )
-
-    def _register(self, topic: int) -> int:
-        name, type_name, qos = self._topics[topic]
-        schema = self._schemas.get(type_name)
-        if schema is None:
-            text = definition(type_name).text.encode()
-            schema = self._writer.add_schema(type_name, "ros2msg", text)
-            self._schemas[type_name] = schema
-        metadata = channel_metadata(type_name, qos)
-        channel = self._writer.add_channel(name, "cdr", schema, metadata)
-        self._channels[topic] = channel
-        return channel
+        lasts = log_time - file.info.start
+        return self._split_duration is not None and lasts >= self._split_duration * 1e9
 
     def _begin_file(self) -> None:
-        path = f"{self.directory.name}_{len(self._files)}.mcap"
-        self._stream = _Stream(self.directory / path)
-        self._files.append(FileInfo(path))
-        self._schemas: dict[str, int] = {}
-        self._channels: dict[int, int] = {}
-        self._writer = McapWriter(self._stream, self._compression, self._chunk_bytes)
-        self._writer.start(profile="ros2", library="rb_physics")
-        for attachment in self._attachments:
-            self._writer.add_attachment(*attachment)
-        self._writer.add_metadata("rb_physics", self._custom_data)
-        self._stream.commit()
+        name = f"{self.directory.name}_{len(self._files)}.mcap"
+        descriptor = self._folder.create(name)
+        self._names.append(name)
+        self._file = BagFile(
+            descriptor, name, self._compression, self._chunk_bytes, self._attachments,
+            self._custom_data,
+        )  # fmt: skip
+        self._before, self._counts_before = self.messages, list(self._counts)
+        self._files.append(self._file.info)
 
     def _flush(self) -> None:
-        self._writer.flush()
+        self._file.complete_chunk()
         self._commit()
         if self._fsync:
-            self._stream.sync()
+            self._file.sync()
 
     def _commit(self) -> None:
-        if self._stream.pending == 0:
-            return
-        # Beside the index: statistics, 10 bytes per channel, and the last metadata.
-        needed = self._writer.index_bytes + 10 * len(self._channels) + 64 * 1024
-        needed += _RESERVE_CHUNKS * self._chunk_bytes
-        if self._stream.free_bytes() - self._stream.pending < needed:
+        if self._file.pending > 0 and not self._file.has_room:
             self._stop_for_space()
-        self._stream.commit()
+        self._file.commit()
+
+    def _check_room(self) -> None:
+        """Raises RecordingError when the disk has no room even for the end of a file."""
+        free = self._file.free_bytes
+        if free < RESERVE_METADATA:
+            raise RecordingError(
+                f"recording folder {self.directory} can't be used: its disk has {free // 1000} kB left, "
+                f"and {RESERVE_METADATA // 1000} kB are needed to begin; free some space or choose "
+                "another folder"
+            )
 
     def _stop_for_space(self) -> None:
         """The disk is nearly full: closes the file while it still can."""
         self._closing["stopped"] = "disk full"
         self._end_file()
         self._write_metadata()
-        self._stopped = True
-        raise _DiskFull(
+        raise _Stopped(
             f"recording stopped: the disk that holds {self.directory} is full; everything up to "
             f"{self._last_time * 1e-9:.3f} s is kept and readable. Free some space and start a new "
             "recording"
         )
 
+    def _look(self) -> None:
+        """Raises _Stopped when the folder or the file in hand is no longer where it was."""
+        self._last_look = time.monotonic()
+        if self._in_place():
+            return
+        time.sleep(_AT_IT)
+        if self._in_place():
+            return
+        if self._file.status.st_nlink > 0:
+            self._stop_for_move()
+        self._stop_for_removal()
+
+    def _in_place(self) -> bool:
+        try:
+            here = self._folder.holds(self._file.info.path, self._file.status)
+            return here and self._folder.in_place
+        except PermissionError:  # not to be told; written it can be, the file is open
+            return True
+
+    def _stop_for_move(self) -> None:
+        """What moved is open and goes where it goes: closes the file there."""
+        file_only = self._folder.in_place
+        if not self._queue.closed:
+            self._closing["stopped"] = "file moved" if file_only else "folder moved"
+        self._end_file()
+        self._write_metadata()
+        until = f"up to {self._last_time * 1e-9:.3f} s"
+        if file_only:
+            raise _Stopped(
+                f"recording stopped: {self.directory / self._files[-1].path} was moved away while it "
+                f"was written; it is whole, {until}: move it back to read the recording"
+            )
+        place = self._folder.place
+        raise _Stopped(
+            f"recording stopped: the folder {self.directory} was moved or renamed while it was "
+            f"recorded to; everything {until} is kept and readable in "
+            f"{place or 'the place where it is now'}"
+        )
+
+    def _stop_for_removal(self) -> None:
+        """The file in hand is deleted; those before it may be left."""
+        self._file.close()
+        self._file.kept = 0
+        path = self.directory / self._files.pop().path
+        self._files = [info for info in self._files if self._folder.holds(info.path)]
+        self._before = sum(info.message_count for info in self._files)
+        if not self._files:
+            what = path if self._folder.in_place else f"the folder {self.directory}"
+            raise _Stopped(
+                f"recording stopped: {what} was removed while it was recorded to; nothing is left "
+                "of the recording there"
+            )
+        came_later = len(self._counts) - len(self._counts_before)
+        self._counts[:] = [*self._counts_before, *[0] * came_later]
+        self._closing["stopped"] = "file removed"
+        self._write_metadata()
+        raise _Stopped(
+            f"recording stopped: {path} was removed while it was written; the files before it, up to "
+            f"{self._files[-1].end * 1e-9:.3f} s, are kept and readable"
+        )
+
     def _end_file(self) -> None:
-        self._last_time = self._files[-1].end
+        self._last_time = self._file.info.end
         self._closing["dropped"] = str(self._queue.dropped)
-        self._writer.add_metadata("rb_physics_closing", self._closing)
-        self._writer.finish()
-        self._stream.commit()
-        self._stream.close()
+        self._file.finish(self._closing)
 
     def _write_metadata(self) -> None:
         topics = [(*t, count) for t, count in zip(self._topics, self._counts, strict=True)]
         custom = {**self._custom_data, **self._closing}
         text = bag_metadata(self._files, [t for t in topics if t[3] > 0], custom)
-        write_atomically(self.directory / "metadata.yaml", text)
+        self._folder.replace("metadata.yaml", text)
 
     def _fail(self, sentence: str) -> None:
         self.error = sentence
         self._queue.close()
         with self._flushed:
             self._flushed.notify_all()
-        self._queue.dropped += len(self._queue.take(0))
-        if not self._stopped:
-            # The file has no index now, but every chunk committed before is complete.
-            with contextlib.suppress(OSError):
-                self._stream.close()
+        # What was queued, in hand, or in a chunk that didn't reach the file.
+        kept = self._before + self._file.kept
+        self._queue.dropped += len(self._queue.take(0)) + max(self._given, self.messages) - kept
+        self.messages = kept
+        self._file.close()
 
     def _sentence(self, error: Exception) -> str:
-        if isinstance(error, _DiskFull):
+        if isinstance(error, _Stopped):
             return str(error)
+        if not self._file.finished:
+            try:
+                self._look()
+            except _Stopped as stopped:
+                return str(stopped)
+            except (OSError, ValueError):
+                pass  # the first error tells enough
         reason = getattr(error, "strerror", None) or str(error)
-        return (
-            f"recording stopped: {self.directory} can't be written ({reason}); what was written "
-            f"before can be read after `rb_physics recover {self.directory}`"
+        kept = (
+            f"what was written before can be read after `rb_physics recover {self.directory}`"
+            if self._before + self._file.kept > 0
+            else "nothing of the run could be kept"
         )
+        return f"recording stopped: {self.directory} can't be written ({reason}); {kept}"
 
 
-class _DiskFull(ValueError):
+class _Stopped(ValueError):
     """The sentence to show; the file is closed already."""
 
 
-def _make_folder(directory: Path) -> None:
+def _make_folder(directory: Path) -> LogFolder:
     """Makes a new folder; RecordingError when it exists or can't be made."""
     try:
         if directory.parent.exists() and not directory.parent.is_dir():
             raise NotADirectoryError(None, f"{directory.parent} is a file")
-        directory.parent.mkdir(parents=True, exist_ok=True)
-        directory.mkdir()
+        os.makedirs(directory.parent, exist_ok=True)
+        os.mkdir(directory)
+        return LogFolder(directory)
     except FileExistsError:
         raise FolderExistsError(
             f"recording folder {directory} exists already and is never overwritten: choose another "

@@ -49,6 +49,7 @@ class McapWriter:
         self._metadata: list[Any] = []
         self._chunk_index: list[bytes] = []
         self.index_bytes = 0  # of the index at the end, as far as it is known
+        self.completed = 0  # messages in complete chunks
         self._chunks = 0
         self._first_time, self._last_time = 0, 0  # of all messages
         self._begin_chunk()
@@ -153,6 +154,7 @@ class McapWriter:
             offsets.append(_OFFSET.pack(channel, position))
             position += len(index) + size
             self._counts[channel - 1] += len(entries) // 2
+            self.completed += len(entries) // 2
         self._out.write(b"".join(indexes))
         where = b"".join(offsets)
         tail = struct.pack("<Q", position - start - length) + _text(name)

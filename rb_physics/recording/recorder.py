@@ -88,7 +88,8 @@ class Recorder:
             held_wrenches: those that the world has at the start (`HeldWrenches.to_json`), for views.
             log_options: those of `McapLog` (compression, policy, split_bytes, ...).
 
-        Raises RecordingError, TopicError.
+        Raises RecordingError, TopicError, and what an operation of `first` raises; then nothing is
+        left behind.
         """
         snapshot_interval = checked(
             world, directory, scene, topics, node_name, rerun, snapshot_interval, custom_data,
@@ -127,12 +128,30 @@ class Recorder:
             # Before the folder exists: a missing Rerun or viewer leaves nothing behind.
             rerun_log.require(live=rerun == "live")
         self._log = McapLog(folder, custom_data=notes, attachments=attachments, **log_options)
+        try:
+            self._begin(rerun, snapshot_interval, first, held_wrenches)
+        except BaseException:
+            if self._view is not None:
+                self._view.close()
+            self._log.discard([_rrd_name(folder)])
+            raise
+
+    def _begin(
+        self,
+        rerun: str,
+        snapshot_interval: float,
+        first: Sequence[tuple[str, Mapping[str, Any]]],
+        held_wrenches: str | None,
+    ) -> None:
+        """The view, and what is written at the start."""
+        assert self._log is not None
+        world, folder = self._world, self._log.directory
         if rerun != "off":
+            from .rerun_log import RerunLog
             from .rerun_sink import RerunSink
 
-            path = folder / f"{folder.name}.rrd"
-            settings = asdict(world.settings)
-            self._view = RerunSink(rerun_log.RerunLog(path, settings, live=rerun == "live"))
+            path = folder / _rrd_name(folder)
+            self._view = RerunSink(RerunLog(path, asdict(world.settings), live=rerun == "live"))
         world.keep_hashes = True
         world.drain_hashes()
         self._hashes: list[tuple[int, int]] = []
@@ -356,6 +375,10 @@ class Recorder:
         self._log.write(entries)
         if self._view is not None:
             self._view.write([(*self._contents[e.topic], e.log_time, e.data) for e in entries])
+
+
+def _rrd_name(folder: Path) -> str:
+    return f"{folder.name}.rrd"
 
 
 def _topics_text(outputs: Outputs) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ class FileInfo:
     start: int | None = None
     end: int = 0
     message_count: int = 0
+    size: int = 0  # bytes
 
 
 def qos_profiles(qos: Qos) -> list[dict]:
@@ -117,11 +119,24 @@ class _PlainDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: igno
         return True
 
 
-def write_atomically(path: Path, text: str) -> None:
-    """Replaces a file in one step: a reader sees the old text or the new one, never a part."""
-    temporary = path.with_name(path.name + ".tmp")
-    with open(temporary, "w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(temporary, path)
+def write_atomically(path: str | Path, text: str, folder: int | None = None) -> None:
+    """Replaces a file in one step: a reader sees the old text or the new one, never a part.
+
+    `folder`: the descriptor of the one that `path` is in; None: of the working directory. Raises
+    OSError, and leaves nothing but the old text then.
+    """
+    temporary = f"{path}.tmp"
+
+    def create(name: str, flags: int) -> int:
+        return os.open(name, flags, 0o644, dir_fd=folder)
+
+    try:
+        with open(temporary, "w", encoding="utf-8", opener=create) as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path, src_dir_fd=folder, dst_dir_fd=folder)
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary, dir_fd=folder)
+        raise

@@ -119,6 +119,17 @@ def test_seek_forwards_and_back(play):
     assert len(sent) == 7 + 102
 
 
+def test_the_position_is_where_seek_went(play):
+    player, sent, _ = play(rate=0.0, paused=True)
+    assert player.position is None
+    player.play_next()
+    wait_for(lambda: player.position == 0 and sent)
+    player.seek(700_000_000)
+    assert player.position == 700_000_000
+    wait_for(lambda: len(sent) == 2)  # what was latched then; the player has moved
+    assert player.position == 700_000_000
+
+
 def test_rounds_go_on_until_loop_is_taken_back(play):
     player, sent, thread = play(rate=0.0, loop=True, start=980_000_000)
     wait_for(lambda: len(sent) > 50)

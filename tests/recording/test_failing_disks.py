@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
+import time
 
 import pytest
+import yaml
 
 import rb_physics as rb
 from rb_physics.recording import Recorder, RecordingError
 from rb_physics.recording.log_reader import Recording
+from rb_physics.recording.mcap_log import McapLog
 from rb_physics.recording.recover import recover
 from rb_physics.recording.replay import verify
 from rb_physics.recording.summary import summary
@@ -102,26 +106,54 @@ def test_a_disk_that_turns_read_only_leaves_what_can_be_recovered(small_disk, tm
     assert result.steps > 100
 
 
-def test_a_folder_that_is_moved_away_ends_in_a_sentence_and_a_whole_file(tmp_path):
-    recorder, _ = run(tmp_path / "run", 300, lambda: os.rename(tmp_path / "run", tmp_path / "gone"))
-    assert "recording stopped" in recorder.error
-    assert not (tmp_path / "run").exists()
-    result = verify(tmp_path / "gone")
-    assert result.difference is None
-    assert result.steps == STEPS
-
-
-def test_a_folder_that_vanishes_at_a_split_ends_in_a_sentence(tmp_path):
+def test_a_folder_that_is_removed_at_a_split_ends_in_a_sentence(tmp_path):
     recorder, world = run(
-        tmp_path / "run", 300, lambda: os.rename(tmp_path / "run", tmp_path / "gone"),
-        split_duration=0.5,
-    )  # fmt: skip
-    assert "No such file" in recorder.error
+        tmp_path / "run", 300, lambda: shutil.rmtree(tmp_path / "run"), split_duration=0.05
+    )
+    assert "was removed while it was recorded to; nothing is left" in recorder.error
     assert world.step_count < STEPS  # `run` stops when it is told
-    assert recorder.counters["dropped"] > 0
-    result = verify(tmp_path / "gone")
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_file_that_is_removed_leaves_those_before_it(tmp_path):
+    folder = tmp_path / "run"
+
+    def remove():
+        time.sleep(0.2)  # the file of the last steps is there
+        (folder / "run_2.mcap").unlink()
+
+    recorder, _ = run(folder, 290, remove, split_duration=0.1)
+    assert "run_2.mcap was removed while it was written" in recorder.error
+    listed = yaml.safe_load((folder / "metadata.yaml").read_text("utf-8"))
+    counts = listed["rosbag2_bagfile_information"]
+    messages = sum(topic["message_count"] for topic in counts["topics_with_message_count"])
+    assert messages == counts["message_count"] == recorder.counters["messages"]
+    assert len(list(Recording(folder).messages())) == messages
+    result = verify(folder)
     assert result.difference is None
-    assert result.steps >= 480
+    assert result.steps >= 180  # two files of 100 steps, and 20 for hashes in the next one
+    assert "stopped early: file removed" in summary(folder)
+
+
+def test_a_file_that_is_moved_away_is_whole(tmp_path):
+    folder = tmp_path / "run"
+    recorder, _ = run(folder, 300, lambda: os.rename(folder / "run_0.mcap", tmp_path / "gone.mcap"))
+    assert "run_0.mcap was moved away while it was written; it is whole" in recorder.error
+    os.rename(tmp_path / "gone.mcap", folder / "run_0.mcap")
+    result = verify(folder)
+    assert result.difference is None
+    assert result.steps >= 300
+
+
+def test_every_message_is_counted_as_written_or_dropped(small_disk):
+    mount, _ = small_disk
+    given = []
+    put = McapLog.write
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(McapLog, "write", lambda log, e: (given.extend(e), put(log, e))[1])
+        recorder, _ = run(mount / "run")
+    assert recorder.counters["messages"] == len(list(Recording(mount / "run").messages()))
+    assert recorder.counters["messages"] + recorder.counters["dropped"] == len(given)
 
 
 def test_a_recovery_without_room_leaves_nothing_behind(small_disk):

@@ -45,6 +45,11 @@ def test_topics_and_start(recording):
             assert list(recording.messages(topics, start)) == wanted
 
 
+def test_span(recording):
+    last = [message.log_time for message in recording.messages()][-1]  # the torn one ends earlier
+    assert recording.span() == (0, last)
+
+
 def test_latest(recording):
     everything = list(recording.messages())
     for before in (0, 1, 3000, 3001, 9500, 20_000):
