@@ -16,6 +16,7 @@ from .quaternions import multiply, rotate
 ARROW, CUBE, SPHERE, CYLINDER, TRIANGLE_LIST = 0, 1, 2, 3, 11
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _PLANE_SIZE = 40.0  # in typical body radii: a half-space is drawn as a square this wide
+_NAMESPACES = ("bodies", "contact_forces")
 _IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -29,11 +30,12 @@ def _marker(
     color: RGBA,
     points: NDArray,
     text: str = "",
+    action: int = _ADD,
 ) -> dict[str, int]:
     """Appends one Marker; returns where id and action lie."""
     writer.header(frame_id).string(namespace).i32(identity, kind)
     at = {"id": len(writer) - 8, "action": len(writer)}
-    writer.i32(_ADD)
+    writer.i32(action)
     writer.doubles("poses", 7, _IDENTITY).f64(*scale).f32(*(c / 255 for c in color))
     writer.i32(0, 0).u8(0)  # lifetime: for ever; frame_locked
     writer.u32(len(points))
@@ -49,7 +51,8 @@ class MarkerEncoder:
     """Bodies (namespace "bodies") and one arrow per contact force ("contact_forces").
 
     Forces of zero have no arrow; arrows of earlier messages are deleted when contacts go. `anew`: the
-    bodies are others now, and the first message deletes all that was drawn before.
+    bodies are others now, and the first message deletes all that was drawn before: in each
+    namespace, as some viewers keep to the one that the deleting marker names.
     """
 
     def __init__(
@@ -65,6 +68,7 @@ class MarkerEncoder:
         self._arrows_before = 0
         self._build_bodies(frame_id, bodies)
         self._build_arrow(frame_id)
+        self._build_deletion(frame_id)
 
     def _build_bodies(self, frame_id: str, bodies: Sequence[BodyDescription]) -> None:
         writer = CdrWriter().u32(0)  # the count; arrows come between it and the bodies
@@ -109,6 +113,20 @@ class MarkerEncoder:
         self._stamps_at = [offset + 4 - 8 for offset, _ in writer.slots["stamp"]]
         self._points_at = writer.slots["points"][0][0] + 4 - 8
 
+    def _build_deletion(self, frame_id: str) -> None:
+        """What deletes all in every namespace; padded, as an arrow is."""
+        for padding in range(8):
+            writer = CdrWriter().u32(0)
+            for namespace in _NAMESPACES:
+                _marker(
+                    writer, frame_id, namespace, 0, ARROW, (1.0, 1.0, 1.0), FORCE,
+                    np.empty((0, 3)), "N" * padding, _DELETE_ALL,
+                )  # fmt: skip
+                writer.align(4)
+            if (len(writer) - 8) % 8 == 0:
+                break
+        self._deletion = Template(writer)
+
     def encode(
         self,
         time_ns: int,
@@ -124,20 +142,22 @@ class MarkerEncoder:
         bodies = self._bodies.encode(time_ns, {"poses": self._poses})
         carried = np.any(forces != 0.0, axis=1)
         arrows = self._encode_arrows(time_ns, points[carried], forces[carried])
+        deletion = self._deletion.encode(time_ns)[8:] if self._anew else b""
+        deleting = len(_NAMESPACES) if self._anew else 0
+        self._anew = False
         return b"".join(
             (
                 bodies[:4],
-                struct.pack("<I", self._body_count + len(arrows)),
+                struct.pack("<I", deleting + self._body_count + len(arrows)),
+                deletion,
                 arrows.tobytes(),
                 bodies[8:],
             )
         )
 
     def _encode_arrows(self, time_ns: int, points: NDArray, forces: NDArray) -> NDArray:
-        anew, self._anew = self._anew, False
-        first = int(anew)  # a marker that deletes all comes before the arrows
         count = len(points)
-        total = first + max(count, self._arrows_before)
+        total = max(count, self._arrows_before)
         block = np.empty((total, len(self._arrow)), np.uint8)
         block[:] = self._arrow
 
@@ -148,12 +168,11 @@ class MarkerEncoder:
         sec, nanosec = split_stamp(time_ns)
         for offset in self._stamps_at:
             column(offset, "<u4", 2)[:] = (sec & 0xFFFFFFFF, nanosec)
-        column(self._id_at, "<i4", 1)[:, 0] = np.arange(total) - first
-        column(self._action_at, "<i4", 1)[first + count :] = _DELETE
-        column(self._action_at, "<i4", 1)[:first] = _DELETE_ALL
+        column(self._id_at, "<i4", 1)[:, 0] = np.arange(total)
+        column(self._action_at, "<i4", 1)[count:] = _DELETE
         ends = column(self._points_at, "<f8", 6)
-        ends[first : first + count, :3] = points
-        ends[first : first + count, 3:] = points + self._arrows.vectors(forces)
+        ends[:count, :3] = points
+        ends[:count, 3:] = points + self._arrows.vectors(forces)
         self._arrows_before = count
         return block
 

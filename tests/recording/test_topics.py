@@ -65,6 +65,7 @@ POSE = {"name": "~/bodies/NAME/pose", "content": "pose", "type": "geometry_msgs/
         (entry(type=None), ["3", "type", "required"]),
         (entry(frame="world"), ["3", "frame"]),
         (entry(qos="{depth: 0}"), ["3", "depth", "0"]),
+        (entry(qos="{depth: 1000000000}"), ["3", "depth", "at most 100000"]),
         (entry(qos="{reliability: best}"), ["3", "reliability", "best_effort"]),
         (entry(bodies='"*"'), ["3", "bodies", "leave it out"]),
         (entry(**POSE | {"name": "~/pose"}), ["3", "name", "NAME"]),
