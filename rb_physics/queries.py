@@ -79,17 +79,20 @@ def time_of_impact(a: Body, b: Body, t_max: float) -> float | None:
     applied wrenches; contacts do not act.
 
     Raises:
-        RuntimeError: the bodies turn so often within ``t_max`` that the search gave up; it says up
-            to which time they don't meet.
+        SceneError: the answer cannot be told: a body spins so fast or flies so far before ``t_max``
+            that the work would have no end or the motion is lost in rounding. The error says up to
+            which time nothing meets.
     """
     world = _common_world(a, b)
     t_max = checks.number(None, "t_max", t_max, 0.0, unit="s")
-    time, looks, converged = world._time_of_impact(a.row, b.row, t_max)
+    time, converged = world._time_of_impact(a.row, b.row, t_max)
     if not converged:
-        raise RuntimeError(
-            f"time_of_impact of {a.name!r} and {b.name!r}: no contact found up to {time:.9g} s of "
-            f"t_max = {t_max:.9g} s after {looks} looks, and the search ends there; take a t_max of "
-            "at most that time, step the world by it and ask again"
+        raise SceneError(
+            f"time_of_impact: bodies {a.name!r} and {b.name!r} do not meet before t = {time:.9g} s; "
+            f"what comes between then and t_max = {t_max:.9g} s cannot be told (too many turns near "
+            "each other, or positions lost in rounding): ask for a shorter t_max, or step the world "
+            "and ask again",
+            field="t_max",
         )
     return time
 
@@ -124,7 +127,17 @@ def _common_world(a: Body, b: Body) -> World:
     for body in (a, b):
         if type(body.shape).__name__ == "Particle" and body.type != "dynamic":
             raise SceneError(f"body {body.name!r} has no surface")
+    if _is_scenery(a) and _is_scenery(b):
+        raise SceneError(
+            f"bodies {a.name!r} ({type(a.shape).__name__}) and {b.name!r} ({type(b.shape).__name__}) "
+            "are both scenery; of two half-spaces, meshes or height fields no query tells anything: "
+            "one of the bodies must have another shape"
+        )
     return a.world
+
+
+def _is_scenery(body: Body) -> bool:
+    return type(body.shape).__name__ in ("HalfSpace", "TriangleMesh", "HeightField")
 
 
 def bounding_box(body: Body) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:

@@ -59,7 +59,7 @@ void define_body_queries(py::class_<World>& world) {
       .def("_time_of_impact",
            [](const World& w, std::int32_t a, std::int32_t b, double t_max) {
              const ImpactSearch found = time_of_impact(w, a, b, t_max);
-             return py::make_tuple(found.time, found.iterations, found.converged);
+             return py::make_tuple(found.time, found.converged);
            })
       .def("_ray_cast",
            [](const World& w, const InputArray& origin, const InputArray& direction) -> py::object {

@@ -17,13 +17,13 @@ namespace {
 
 using Vec4 = Eigen::Vector4d;
 
-// The arguments of a BallisticSweep, whose bounds need t_max.
+// The arguments of a BallisticSweep.
 struct Motion {
   Pose pose;
   Vec3 linear_velocity, acceleration, angular_velocity, center;
 
-  BallisticSweep sweep(double t_max) const {
-    return {pose, center, linear_velocity, acceleration, angular_velocity, t_max};
+  BallisticSweep sweep() const {
+    return {pose, center, linear_velocity, acceleration, angular_velocity};
   }
 };
 
@@ -40,8 +40,7 @@ Motion make_motion(const Vec3& position, const Vec4& orientation, const Vec3& li
 
 py::tuple impact(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b,
                  double t_max) {
-  const ImpactSearch found =
-      find_time_of_impact(a, motion_a.sweep(t_max), b, motion_b.sweep(t_max), t_max);
+  const ImpactSearch found = find_time_of_impact(a, motion_a.sweep(), b, motion_b.sweep(), t_max);
   return py::make_tuple(found.time, found.iterations, found.converged);
 }
 
@@ -89,7 +88,7 @@ void define_motion_queries(py::module_& m) {
       .def(
           "at",
           [](const Motion& self, double t) {
-            const Pose pose = self.sweep(t).at(t);
+            const Pose pose = self.sweep().at(t);
             return py::make_tuple(pose.position, Vec4(pose.orientation.coeffs()));
           },
           py::arg("t"), "(position, orientation) at time t, s.");

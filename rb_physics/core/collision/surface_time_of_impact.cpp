@@ -1,9 +1,15 @@
-// Contact time of a convex shape with a mesh or height field: the earliest over the triangles in
-// its way.
+// Contact time of a convex shape with a mesh or height field: of the triangles in its way, the one
+// that nothing is known to clear longest is looked at first, so that the first impact found is the
+// earliest.
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <vector>
 
+#include "collision/certified_search.hpp"
 #include "collision/extent.hpp"
+#include "collision/iteration_caps.hpp"
+#include "collision/moving_pair.hpp"
 #include "collision/surface_contacts.hpp"
 #include "collision/surface_features.hpp"
 #include "collision/sweep.hpp"
@@ -14,24 +20,9 @@
 namespace rb {
 namespace {
 
-// Surface coordinates that hold the shape during the whole motion.
-Aabb swept_box(const Shape& convex, const Sweep& motion_convex, const Sweep& motion_surface,
-               double t_max) {
-  const Pose surface = motion_surface.at(0.0), start = motion_convex.at(0.0);
-  const Vec3 from = surface.apply_inverse(motion_convex.center(0.0));
-  const Vec3 to = motion_surface.at(t_max).apply_inverse(motion_convex.center(t_max));
-  const double radius = bounding_radius(convex, start.apply_inverse(motion_convex.center(0.0)));
-  // How far the path may leave the chord: a quarter of the speed bound, or by acceleration.
-  const double bow =
-      0.125 * t_max * t_max * (motion_convex.acceleration() - motion_surface.acceleration()).norm();
-  double room = radius + bow;
-  const double turn = motion_surface.max_angular_speed() * t_max;
-  if (turn > 0.0) {  // a turning surface: hold everything it may sweep over
-    room += turn * ((motion_convex.center(0.0) - motion_surface.center(0.0)).norm() +
-                    t_max * max_relative_speed(motion_convex, motion_surface, 0.0, t_max));
-  }
-  return {from.cwiseMin(to).array() - room, from.cwiseMax(to).array() + room};
-}
+constexpr int least_queries = 20000;   // all triangles together may have at least so many
+constexpr int max_false_impacts = 16;  // per triangle
+constexpr int many_triangles = 256;    // worth a shorter look ahead
 
 // Is the contact of the shape with this triangle one the surface would report? At inner edges it
 // isn't; and a shape that comes sliding over an inner edge meets the next face without sinking into
@@ -53,59 +44,203 @@ bool is_impact(const Data& data, const SurfaceTriangle& t, const Shape& convex, 
 }
 
 template <class Data>
-ImpactSearch search(const Data& data, const Shape& convex, const Sweep& motion_convex,
-                    const Sweep& motion_surface, double t_max, int most_queries) {
-  constexpr int max_false_impacts = 16;
-  ImpactSearch best;
-  const double size = characteristic_size(convex);
-  std::vector<SurfaceTriangle> triangles;
-  data.for_each_triangle(swept_box(convex, motion_convex, motion_surface, t_max),
-                         [&](std::int32_t i) { triangles.push_back(data.triangle(i)); });
-  std::sort(
-      triangles.begin(), triangles.end(),
-      [](const SurfaceTriangle& a, const SurfaceTriangle& b) { return a.face_id < b.face_id; });
-  TrianglePrism prism;
-  // All triangles share the queries; each may use some, so that those not yet looked at stay known.
-  constexpr int least_queries = 20;
-  for (const SurfaceTriangle& t : triangles) {
-    const Shape& solid = prism.place(t, thin(t));
-    double start = 0.0;
-    for (int i = 0;; ++i) {
-      const double end = best.time.value_or(t_max);
-      const LaterSweep shape_rest(motion_convex, start), surface_rest(motion_surface, start);
-      const ImpactSearch found =
-          find_time_of_impact(convex, shape_rest, solid, surface_rest, end - start,
-                              std::max(most_queries - best.iterations, least_queries));
-      best.iterations += found.iterations;
-      if (!found.time) break;
-      const double time = start + *found.time;
-      const double soon = std::min(time + 1e-4 * t_max, t_max);
-      const Pose relative = motion_surface.at(time).inverse() * motion_convex.at(time);
-      const Pose later = motion_surface.at(soon).inverse() * motion_convex.at(soon);
-      if (i >= max_false_impacts || !found.converged ||
-          is_impact(data, t, convex, relative, later, solid, prism, size)) {
-        best.time = time;
-        best.converged = found.converged;
+class SurfaceSearch {
+ public:
+  SurfaceSearch(const Data& data, const Shape& surface, const Sweep& motion_surface,
+                const Shape& convex, const Sweep& motion_convex, double t_max, int most_queries)
+      : data_(data),
+        convex_(convex),
+        motion_(motion_convex),
+        ground_(motion_surface),
+        t_max_(t_max),
+        most_queries_(most_queries),
+        size_(characteristic_size(convex)),
+        radius_(bounding_radius(convex,
+                                motion_convex.about_center(0.0).apply_inverse(Vec3(Vec3::Zero())))),
+        velocity_(motion_convex.linear_velocity() - motion_surface.linear_velocity()),
+        acceleration_(motion_convex.linear_acceleration() - motion_surface.linear_acceleration()),
+        flight_(motion_convex),
+        ground_flight_(motion_surface),
+        ball_(Sphere{radius_}),
+        ground_ball_(Sphere{bounding_radius(
+            surface, motion_surface.about_center(0.0).apply_inverse(Vec3(Vec3::Zero())))}),
+        balls_(ball_, flight_, ground_ball_, ground_flight_, t_max) {}
+
+  // Looks ahead as far as the triangles in the way are few, then further.
+  ImpactSearch run() {
+    const double horizon = balls_.horizon();
+    double from = 0.0, span = horizon;
+    std::vector<std::int32_t> in_the_way;
+    while (!is_known_) {
+      from = balls_.apart_until(from);
+      if (from >= t_max_) break;
+      if (from >= horizon) {
+        give_up_at(from);
         break;
       }
-      // Past an inner edge: look on a little later.
-      start = time + std::max(1e-3 * (end - time), 1e-12 * t_max);
-      if (start >= end) break;
+      double to = std::min(from + span, horizon);
+      while (!gather(from, to, in_the_way)) {
+        span = 0.5 * (to - from);
+        to = from + span;
+      }
+      look(in_the_way, from, to);
+      from = to;
+      span *= 2.0;
+    }
+    return result_;
+  }
+
+ private:
+  // A triangle and the search on it. Prisms share one hull, placed where it is looked at.
+  struct Candidate {
+    SurfaceTriangle triangle;
+    std::unique_ptr<MovingPair> pair;
+    std::unique_ptr<CertifiedSearch> search;
+    int false_impacts = 0;
+  };
+
+  double travel(double from, double to) const {
+    const Vec3 middle = velocity_ + 0.5 * (from + to) * acceleration_;
+    return (to - from) * (middle.norm() + 0.5 * (to - from) * acceleration_.norm());
+  }
+
+  // The triangles the shape may meet from one time to another. False where they are many: then not
+  // all of them.
+  bool gather(double from, double to, std::vector<std::int32_t>& triangles) const {
+    triangles.clear();
+    bool few = true;
+    const bool may_shorten = travel(from, to) > radius_;
+    data_.for_each_triangle(swept_box(from, to), [&](std::int32_t i) {
+      if (may_shorten && static_cast<int>(triangles.size()) >= many_triangles) {
+        few = false;
+      } else {
+        triangles.push_back(i);
+      }
+    });
+    return few;
+  }
+
+  // Surface coordinates that hold the shape all the while.
+  Aabb swept_box(double from, double to) const {
+    const double span = to - from;
+    const Vec3 start = ground_.at(from).apply_inverse(motion_.center(from));
+    const Vec3 end = ground_.at(to).apply_inverse(motion_.center(to));
+    double room = radius_ + 1e-9 * size_;
+    // How far a parabola leaves its chord.
+    room += 0.125 * span * span * acceleration_.norm();
+    const double turn = ground_.max_angular_speed() * span;
+    if (turn > 0.0) {  // a turning surface: hold everything it may sweep over
+      room += turn * ((motion_.center(from) - ground_.center(from)).norm() + travel(from, to));
+    }
+    return {start.cwiseMin(end).array() - room, start.cwiseMax(end).array() + room};
+  }
+
+  void look(std::vector<std::int32_t>& in_the_way, double from, double to) {
+    std::vector<Candidate> candidates;
+    candidates.reserve(in_the_way.size());
+    for (const std::int32_t i : in_the_way) {
+      candidates.push_back({data_.triangle(i), nullptr, nullptr, 0});
+    }
+    std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+      return a.triangle.face_id < b.triangle.face_id;
+    });
+    // A heap of those still open, the least advanced on top; of equals the first.
+    struct Open {
+      double reached;  // s, nothing met before
+      std::size_t index;
+      bool operator<(const Open& other) const {
+        return reached != other.reached ? reached > other.reached : index > other.index;
+      }
+    };
+    std::vector<Open> open;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      Candidate& c = candidates[i];
+      const Shape& solid = prism_.place(c.triangle, thin(c.triangle));
+      c.pair = std::make_unique<MovingPair>(convex_, motion_, solid, ground_, to);
+      c.search = std::make_unique<CertifiedSearch>(*c.pair, from, most_queries_);
+      const double clear = c.pair->apart_until(from);
+      if (clear < to) open.push_back({clear, i});
+    }
+    std::make_heap(open.begin(), open.end());
+    while (!open.empty()) {
+      std::pop_heap(open.begin(), open.end());
+      const std::size_t index = open.back().index;
+      open.pop_back();
+      const double next = open.empty() ? to : open.front().reached;
+      Candidate& c = candidates[index];
+      if (c.search->is_over()) {  // and nobody else's may come before
+        const double time = *c.search->result().time;
+        if (c.search->result().converged && is_false(c, time)) {
+          const double later = time + std::max(1e-3 * (to - time), 1e-12 * t_max_);
+          ++c.false_impacts;
+          if (!(later < to)) continue;
+          c.search = std::make_unique<CertifiedSearch>(*c.pair, later, most_queries_);
+          open.push_back({later, index});
+          std::push_heap(open.begin(), open.end());
+          continue;
+        }
+        result_.time = time;
+        result_.converged = c.search->result().converged;
+        is_known_ = true;
+        return;
+      }
+      prism_.place(c.triangle, thin(c.triangle));
+      const int before = c.search->result().iterations;
+      c.search->run(next);
+      result_.iterations += c.search->result().iterations - before;
+      if (c.search->is_over() && !c.search->result().time) continue;
+      open.push_back({c.search->is_over() ? *c.search->result().time : c.search->reached(), index});
+      std::push_heap(open.begin(), open.end());
+      if (result_.iterations >= std::max(most_queries_, least_queries)) {
+        give_up_at(open.front().reached);
+        return;
+      }
     }
   }
-  return best;
-}
+
+  void give_up_at(double time) {
+    count_iteration_cap();
+    result_.time = time;
+    result_.converged = false;
+    is_known_ = true;
+  }
+
+  bool is_false(const Candidate& c, double time) {
+    if (c.false_impacts >= max_false_impacts) return false;
+    const Shape& solid = prism_.place(c.triangle, thin(c.triangle));
+    const double soon = time + 1e-4 * t_max_;
+    const Pose pose = ground_.at(time).inverse() * motion_.at(time);
+    const Pose later = ground_.at(soon).inverse() * motion_.at(soon);
+    return !is_impact(data_, c.triangle, convex_, pose, later, solid, prism_, size_);
+  }
+
+  const Data& data_;
+  const Shape& convex_;
+  const Sweep& motion_;
+  const Sweep& ground_;
+  double t_max_;
+  int most_queries_;
+  double size_, radius_;
+  Vec3 velocity_, acceleration_;  // of the shape's centre seen from the surface's
+  CenterSweep flight_, ground_flight_;
+  Shape ball_, ground_ball_;
+  MovingPair balls_;  // that hold the shape and the surface, however they turn
+  TrianglePrism prism_;
+  ImpactSearch result_;
+  bool is_known_ = false;
+};
 
 }  // namespace
 
 ImpactSearch surface_time_of_impact(const Shape& convex, const Sweep& motion_convex,
                                     const Shape& surface, const Sweep& motion_surface, double t_max,
                                     int most_queries) {
-  if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) {
-    return search(*mesh->data, convex, motion_convex, motion_surface, t_max, most_queries);
-  }
-  return search(*std::get<HeightField>(surface).data, convex, motion_convex, motion_surface, t_max,
-                most_queries);
+  const auto search = [&](const auto& data) {
+    return SurfaceSearch(data, surface, motion_surface, convex, motion_convex, t_max, most_queries)
+        .run();
+  };
+  if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) return search(*mesh->data);
+  return search(*std::get<HeightField>(surface).data);
 }
 
 }  // namespace rb

@@ -1,6 +1,5 @@
 #include "collision/sweep.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -9,7 +8,7 @@
 namespace rb {
 
 BallisticSweep::BallisticSweep(const Pose& pose, const Vec3& center, const Vec3& velocity,
-                               const Vec3& acceleration, const Vec3& angular_velocity, double t_max)
+                               const Vec3& acceleration, const Vec3& angular_velocity)
     : orientation_(pose.orientation),
       local_center_(center),
       center_(pose.apply(center)),
@@ -18,8 +17,8 @@ BallisticSweep::BallisticSweep(const Pose& pose, const Vec3& center, const Vec3&
       angular_velocity_(angular_velocity),
       angular_speed_(angular_velocity.norm()) {
   if (!center_.allFinite() || !velocity.allFinite() || !acceleration.allFinite() ||
-      !std::isfinite(angular_speed_) || !(t_max >= 0.0) || !std::isfinite(t_max)) {
-    throw std::invalid_argument("sweep: pose, velocities, acceleration and t_max must be finite");
+      !std::isfinite(angular_speed_)) {
+    throw std::invalid_argument("sweep: pose, velocities and acceleration must be finite");
   }
 }
 
@@ -27,12 +26,10 @@ Vec3 BallisticSweep::center(double t) const {
   return center_ + t * (velocity_ + 0.5 * t * acceleration_);
 }
 
-Pose BallisticSweep::at(double t) const {
-  if (angular_speed_ == 0.0) {
-    return {center(t) - orientation_ * local_center_, orientation_};
-  }
+Pose BallisticSweep::about_center(double t) const {
+  if (angular_speed_ == 0.0) return {-(orientation_ * local_center_), orientation_};
   const Quat q = quaternion_from_rotation_vector(t * angular_velocity_) * orientation_;
-  return {center(t) - q * local_center_, q};
+  return {-(q * local_center_), q};
 }
 
 }  // namespace rb

@@ -58,24 +58,19 @@ DistanceResult distance(const World& world, std::int32_t a, std::int32_t b) {
 }
 
 ImpactSearch time_of_impact(const World& world, std::int32_t a, std::int32_t b, double t_max) {
-  constexpr int most_queries = 100000;  // of a pair of parts; a second or less
-
   const auto sweep_of = [&](std::int32_t row) {
     const Body& body = world.bodies.at(row);
     return FreeSweep(body, body.state, external_wrench(world, body), t_max);
   };
+  constexpr int most_queries = 100000;  // of a pair of parts; a second or less
   const FreeSweep sweep_a = sweep_of(a);
   const FreeSweep sweep_b = sweep_of(b);
   ImpactSearch first;
   for_collider_pairs(world, a, b, [&](const Collider& ca, const Collider& cb) {
     const PartSweep part_a(sweep_a, ca.local);
     const PartSweep part_b(sweep_b, cb.local);
-    const ImpactSearch found = find_time_of_impact(ca.shape, part_a, cb.shape, part_b,
-                                                   first.time.value_or(t_max), most_queries);
-    first.iterations += found.iterations;
-    if (!found.time || (first.time && *first.time <= *found.time)) return;
-    first.time = found.time;
-    first.converged = found.converged;
+    keep_earlier(first, find_time_of_impact(ca.shape, part_a, cb.shape, part_b,
+                                            first.time.value_or(t_max), most_queries));
   });
   return first;
 }

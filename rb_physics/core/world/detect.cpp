@@ -36,7 +36,8 @@ double travel_of(const World& world, std::int32_t row, double slack) {
     linear = slack * h * h * body.inertia.inv_mass * w.force.norm();
     angular = max_angular_speed(body.state, body.inertia, slack * w.torque.norm(), h);
   }
-  return linear + h * angular * world.reach[row] + world.extra_travel[row];
+  // However often a body turns: no point goes farther than across it.
+  return linear + std::fmin(h * angular, 2.0) * world.reach[row] + world.extra_travel[row];
 }
 
 void move_proxies(World& world) {

@@ -107,11 +107,13 @@ bool IslandAdvance::stays_on_plane(const ColliderPair& pair, double t) const {
 double IslandAdvance::closing_bound(const ColliderPair& pair, double t) const {
   const auto of = [&](std::int32_t row) {
     const Body& body = world_.bodies[row];
-    if (!body.is_dynamic()) return t * body.spin.norm() * world_.reach[row];
+    // However often a body turns: no point goes farther than across it.
+    const auto turn = [&](double angle) { return std::fmin(angle, 2.0) * world_.reach[row]; };
+    if (!body.is_dynamic()) return turn(t * body.spin.norm());
     const std::int32_t k = world_.work.index_of[row];
     const Inertia& in = body.inertia;
     const double spin = max_angular_speed(start_[k], in, total_[k].torque.norm(), t);
-    return t * (spin * world_.reach[row] + t * in.inv_mass * total_[k].force.norm());
+    return turn(t * spin) + t * t * in.inv_mass * total_[k].force.norm();
   };
   const std::int32_t a = world_.colliders[pair.a].body;
   const std::int32_t b = world_.colliders[pair.b].body;
@@ -133,25 +135,10 @@ std::optional<double> IslandAdvance::impact_of_pair(const ColliderPair& pair, do
     const std::int32_t k = world_.work.index_of[row];
     return FreeSweep(body, start_[k], total_[k], t_max);
   };
-  // Poses of a body that turns many times under a torque are dear: fewer of them.
-  constexpr double dear = 10.0;  // rad
-  double angle = 0.0;
-  for (const std::int32_t row : {a.body, b.body}) {
-    if (!world_.bodies[row].is_dynamic()) continue;
-    const std::int32_t k = world_.work.index_of[row];
-    const Wrench& w = total_[k];
-    if (w.torque.isZero(0.0)) continue;
-    angle = std::fmax(angle, t_max * max_angular_speed(start_[k], world_.bodies[row].inertia,
-                                                       w.torque.norm(), t_max));
-  }
-  constexpr double fewest = 50.0;
-  const int queries = static_cast<int>(
-      std::fmax(fewest, usual_distance_queries * std::fmin(1.0, dear / std::fmax(angle, dear))));
   const FreeSweep sweep_a = sweep_of(a.body);
   const FreeSweep sweep_b = sweep_of(b.body);
-  return find_time_of_impact(a.shape, PartSweep(sweep_a, a.local), b.shape,
-                             PartSweep(sweep_b, b.local), t_max, queries)
-      .time;
+  return time_of_impact(a.shape, PartSweep(sweep_a, a.local), b.shape, PartSweep(sweep_b, b.local),
+                        t_max);
 }
 
 double IslandAdvance::next_contact_time(double tau) {
