@@ -21,6 +21,7 @@ from rb_physics.queries import bounding_box
 from . import entities
 from .entities import EntityError
 from .entity_bounds import overlapping
+from .name_pattern import NamePattern
 from .physics_loop import PhysicsLoop
 from .simulate_steps import SimulateSteps
 from .wrench_inputs import Perform
@@ -314,8 +315,8 @@ class SimulationInterfaces:
     def _filtered(self, filters: Any) -> list[str]:
         """Names that pass all filters, in the physics thread. Raises EntityError."""
         try:
-            pattern = re.compile(filters.filter)
-        except re.error as error:
+            pattern = NamePattern(filters.filter)
+        except ValueError as error:
             raise EntityError(
                 "RESULT_OPERATION_FAILED", f"filter '{filters.filter}' is no pattern: {error}"
             ) from None

@@ -224,6 +224,7 @@ def test_entities_are_the_bodies_and_can_be_filtered(simulation):
 
     assert entities().entities == ["ground", "crate", "floater"]
     assert entities(filter="^c").entities == ["crate"]
+    assert entities(filter="^[[:alpha:]]{5,6}$").entities == ["ground", "crate"]
     dynamic = EntityCategory(category=EntityCategory.CATEGORY_DYNAMIC_OBJECT)
     assert entities(categories=[dynamic]).entities == ["crate", "floater"]
     assert entities(tags=Tags(tags=["red"])).entities == []
