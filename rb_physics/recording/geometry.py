@@ -48,6 +48,8 @@ class BodyDescription:
     parts: tuple[Part, ...]
     frames: Mapping[str, tuple[tuple[float, ...], tuple[float, ...]]] = field(default_factory=dict)
     friction: float | None = None  # coefficient while sticking; None in recordings of format 1
+    # About the centre of mass in the axes of the body, kg m², row by row; None unless dynamic.
+    inertia: tuple[float, ...] | None = None
 
     @property
     def radius(self) -> float:
@@ -151,6 +153,7 @@ def describe(bodies: Iterable[Any]) -> list[BodyDescription]:
                 shape_parts(body.shape),
                 frames,
                 float(body.static_friction),
+                _floats(body.inertia) if dynamic else None,
             )
         )
     return described
@@ -190,6 +193,7 @@ def _body(raw: dict[str, Any]) -> BodyDescription:
     )
     frames = {str(k): (_floats(p), _floats(q)) for k, (p, q) in raw["frames"].items()}
     center = _floats(raw["center_of_mass"])
-    friction = raw.get("friction")
+    friction, inertia = raw.get("friction"), raw.get("inertia")
     return BodyDescription(str(raw["name"]), str(raw["type"]), float(raw["mass"]), center, parts,
-                           frames, None if friction is None else float(friction))  # fmt: skip
+                           frames, None if friction is None else float(friction),
+                           None if inertia is None else _floats(inertia))  # fmt: skip

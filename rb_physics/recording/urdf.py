@@ -1,4 +1,8 @@
-"""The scene as URDF: one floating link per body, so that /tf moves them in any viewer."""
+"""The scene as URDF: one floating link per body, so that /tf moves them in any viewer.
+
+Source: the URDF specification, http://wiki.ros.org/urdf/XML; angles of a quaternion after
+Bernardes & Viollet, "Quaternion to Euler angles conversion", PLoS ONE 17(11), 2022.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from collections.abc import Sequence
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .geometry import BodyDescription, Part
 from .palette import body_colors, typical_radius
@@ -16,21 +21,30 @@ _PLANE_SIZE = 40.0  # in typical body radii
 
 
 def scene_urdf(bodies: Sequence[BodyDescription], name: str = "scene") -> str:
-    """URDF text. Meshes have no picture in it (URDF refers to mesh files only)."""
+    """URDF text.
+
+    A link has `visual` for all that URDF can draw (not for meshes, which it takes from files only),
+    `inertial` when the body is dynamic, and `collision` when URDF has a geometry for the whole of
+    its shape: half-spaces, meshes and hulls, height fields and particles have none.
+    """
     lines = [f"<robot name={quoteattr(name)}>", ' <link name="world"/>']
     width = _PLANE_SIZE * typical_radius(bodies)
     for body, color in zip(bodies, body_colors(bodies), strict=True):
         label = quoteattr(body.name)
         rgba = " ".join(f"{c / 255:.3f}" for c in color)
         material = quoteattr(f"{body.name}_color")
-        lines.append(f" <link name={label}>")
-        for part in body.parts:
-            for geometry, offset in _geometries(part, width):
-                origin = _origin(part, offset)
-                lines.append(
-                    f"  <visual>{origin}<geometry>{geometry}</geometry>"
-                    f'<material name={material}><color rgba="{rgba}"/></material></visual>'
-                )
+        lines += [f" <link name={label}>", *_inertial(body)]
+        drawn = [
+            f"{_origin(part.orientation, at)}<geometry>{geometry}</geometry>"
+            for part in body.parts
+            for geometry, at in _geometries(part, width)
+        ]
+        lines += [
+            f'  <visual>{shape}<material name={material}><color rgba="{rgba}"/></material></visual>'
+            for shape in drawn
+        ]
+        if _solid(body):
+            lines += [f"  <collision>{shape}</collision>" for shape in drawn]
         lines.append(" </link>")
         joint = quoteattr(f"{body.name}_joint")
         lines.append(
@@ -40,34 +54,64 @@ def scene_urdf(bodies: Sequence[BodyDescription], name: str = "scene") -> str:
     return "\n".join([*lines, "</robot>", ""])
 
 
-def _geometries(part: Part, width: float) -> list[tuple[str, tuple[float, float, float]]]:
+def _inertial(body: BodyDescription) -> list[str]:
+    if body.type != "dynamic" or body.inertia is None:
+        return []
+    entries = np.array(body.inertia).reshape(3, 3)
+    inertia = " ".join(
+        f'i{"xyz"[row]}{"xyz"[column]}="{_number(entries[row, column])}"'
+        for row in range(3)
+        for column in range(row, 3)
+    )
+    at = " ".join(map(_number, body.center_of_mass))
+    return [
+        f'  <inertial><origin xyz="{at}"/><mass value="{_number(body.mass)}"/><inertia {inertia}/>'
+        "</inertial>"
+    ]
+
+
+def _solid(body: BodyDescription) -> bool:
+    """Whether the geometries of URDF make up the whole shape."""
+    point = body.type == "dynamic" and body.inertia is not None and not any(body.inertia)
+    return not point and all(part.kind not in ("plane", "mesh") for part in body.parts)
+
+
+def _number(value: float) -> str:
+    """The shortest text that reads as the same double."""
+    return repr(float(value)).removesuffix(".0")
+
+
+def _geometries(part: Part, width: float) -> list[tuple[str, NDArray]]:
+    """Elements that make up a part, and where the centre of each is in the axes of the body, m."""
+    out = rotate(np.array([part.orientation]), np.array([[0.0, 0.0, 1.0]]))[0]
+    center = np.asarray(part.position, np.float64)
+
     def sphere(radius: float) -> str:
-        return f'<sphere radius="{radius:.9g}"/>'
+        return f'<sphere radius="{_number(radius)}"/>'
 
     if part.kind == "sphere":
-        return [(sphere(part.size[0]), (0, 0, 0))]
+        return [(sphere(part.size[0]), center)]
     if part.kind == "box":
-        size = " ".join(f"{2 * h:.9g}" for h in part.size)
-        return [(f'<box size="{size}"/>', (0, 0, 0))]
+        size = " ".join(_number(2 * h) for h in part.size)
+        return [(f'<box size="{size}"/>', center)]
     if part.kind == "plane":
         thick = 1e-3 * width
-        return [(f'<box size="{width:.6g} {width:.6g} {thick:.6g}"/>', (0, 0, -thick / 2))]
+        return [(f'<box size="{width:.6g} {width:.6g} {thick:.6g}"/>', center - thick / 2 * out)]
     if part.kind == "mesh":
         return []
     radius, half_length = part.size
-    tube = f'<cylinder radius="{radius:.9g}" length="{2 * half_length:.9g}"/>'
+    tube = f'<cylinder radius="{_number(radius)}" length="{_number(2 * half_length)}"/>'
     if part.kind == "cylinder":
-        return [(tube, (0, 0, 0))]
-    ends = [(sphere(radius), (0, 0, half_length)), (sphere(radius), (0, 0, -half_length))]
-    return [(tube, (0, 0, 0)), *ends]
+        return [(tube, center)]
+    ends = [(sphere(radius), center + side * half_length * out) for side in (1, -1)]
+    return [(tube, center), *ends]
 
 
-def _origin(part: Part, offset: tuple[float, float, float]) -> str:
-    q = np.array([part.orientation])
-    position = np.asarray(part.position) + rotate(q, np.array([offset], np.float64))[0]
-    x, y, z, w = part.orientation
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    xyz = " ".join(f"{v:.9g}" for v in position)
-    return f'<origin xyz="{xyz}" rpy="{roll:.9g} {pitch:.9g} {yaw:.9g}"/>'
+def _origin(orientation: Sequence[float], position: NDArray) -> str:
+    """Position, m, and the angles about the fixed axes x, y, z, rad; exact where y is a right one, too."""
+    x, y, z, w = orientation
+    half_sum, half_difference = math.atan2(x + z, w - y), math.atan2(z - x, w + y)
+    pitch = 2 * math.atan2(math.hypot(w + y, z - x), math.hypot(w - y, x + z)) - math.pi / 2
+    angles = (half_sum - half_difference, pitch, half_sum + half_difference)
+    xyz, rpy = (" ".join(map(_number, values)) for values in (position, angles))
+    return f'<origin xyz="{xyz}" rpy="{rpy}"/>'

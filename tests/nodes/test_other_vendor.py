@@ -69,3 +69,14 @@ bodies:
     # The crate pushes back; 1e-9: the solver's residual. Means over intervals that begin with the
     # impact are left out.
     assert seen["forces"][-1] == pytest.approx(-10.0, abs=1e-9)
+
+
+def test_cyclone_dds_calls_a_service_and_hears_the_answer(simulator, domain):
+    """By the two topics a service is made of: Fast DDS answers requests that lack what ROS adds to them.
+
+    Bare Cyclone DDS stands for the other vendor; calls between nodes of two ROS middlewares are not tried.
+    """
+    simulator()
+    answers = run_peer("cyclone_caller.py", domain, "sim_node", "30")
+    assert [success for success, _ in answers] == [True, True]
+    assert answers[0][1].startswith("paused") and answers[1][1].startswith("running")

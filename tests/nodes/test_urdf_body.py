@@ -1,12 +1,16 @@
 """URDF into bodies: mass properties, shapes, places, and what is refused."""
 
 import math
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from rb_physics_nodes.urdf_body import UrdfError, body_from_urdf
 
 import rb_physics as rb
+from rb_physics.queries import bounding_box
+from rb_physics.recording.geometry import describe
+from rb_physics.recording.urdf import scene_urdf
 from rb_physics.scene import add_body
 
 INERTIA = '<inertia ixx="0.1" ixy="0.01" ixz="0.02" iyy="0.2" iyz="0.03" izz="0.25"/>'
@@ -98,6 +102,38 @@ def test_a_mesh_becomes_its_convex_hull(tmp_path) -> None:
     assert caught.value.code == "MISSING_ASSETS"
     with pytest.raises(UrdfError, match="can't name one"):
         body_from_urdf(robot(link("a", inertial(1.0) + mesh)), "x")
+
+
+def test_a_body_of_robot_description_given_back_is_the_same() -> None:
+    """As its links are in the scene's URDF, one beside the link `world` in a robot of its own."""
+    world = rb.World()
+    turned = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
+    shapes = {
+        "box": rb.Box(half_extents=(0.1, 0.2, 0.3)),
+        "can": rb.Cylinder(radius=0.1, half_length=0.3),
+        "axe": rb.Compound(
+            [(rb.Box(half_extents=(0.1, 0.2, 0.3)), (0.5, 0, 0), turned), (rb.Sphere(radius=0.3), (0, 1, 0), (0, 0, 0, 1))]
+        ),
+        "pill": rb.Capsule(radius=0.1, half_length=0.3),
+    }  # fmt: skip
+    for name, shape in shapes.items():
+        world.add_body(shape, name=name, mass=1.7)
+    world.add_body(rb.ConvexHull(np.eye(4, 3)), name="hull", mass=1.7)
+    scene = ElementTree.fromstring(scene_urdf(describe(world.bodies)))
+    links = {link.get("name"): ElementTree.tostring(link).decode() for link in scene.iter("link")}
+    back = rb.World()
+    for name in shapes:
+        given = body_from_urdf(f'<robot name="{name}">{links[name]}</robot>', "x")
+        body, was = add_body(back, given), world[name]
+        assert body.mass == was.mass
+        # Three roundings: the parallel axis theorem of one link about its own centre.
+        assert np.allclose(body.inertia, was.inertia, atol=1e-15, rtol=1e-15)
+        assert np.allclose(body.center_of_mass, was.center_of_mass, atol=1e-16)
+        lower, upper = bounding_box(body)
+        assert np.allclose((lower, upper), bounding_box(was), atol=1e-14)
+    assert type(back["box"].shape) is rb.Box and type(back["can"].shape) is rb.Cylinder
+    with pytest.raises(UrdfError, match="no link has a collision"):
+        body_from_urdf(f'<robot name="hull">{links["hull"]}</robot>', "x")
 
 
 LAUGHS = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/>'

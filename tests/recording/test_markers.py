@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -135,8 +136,53 @@ def test_urdf_has_a_floating_link_per_body():
     assert len(root.findall("link")[4].findall("visual")) == 3  # a capsule is a tube and two balls
 
 
+def test_urdf_has_what_moves_a_body_and_what_it_touches_with():
+    inertia = (0.1, 0.01, 0.02, 0.01, 0.2, 0.03, 0.02, 0.03, 0.25)
+    solid = BodyDescription(
+        "b", "dynamic", 2.5, (0.1, 0.0, -0.3), BODIES[3].parts, {}, 0.5, inertia
+    )
+    half_hull = replace(solid, name="h", parts=(*BODIES[1].parts, TETRAHEDRON))
+    point = replace(solid, name="p", inertia=(0.0,) * 9)
+    links = ElementTree.fromstring(scene_urdf([*BODIES, solid, half_hull, point])).findall("link")
+    of = {link.attrib["name"]: link for link in links}
+    assert of["b"].find("inertial/origin").attrib["xyz"] == "0.1 0 -0.3"
+    assert of["b"].find("inertial/mass").attrib["value"] == "2.5"
+    assert of["b"].find("inertial/inertia").attrib == {
+        "ixx": "0.1", "ixy": "0.01", "ixz": "0.02", "iyy": "0.2", "iyz": "0.03", "izz": "0.25",
+    }  # fmt: skip
+    counts = {name: len(link.findall("collision")) for name, link in of.items()}
+    # Half-spaces, hulls and particles have none in URDF, and a part of a shape is no shape.
+    assert counts == {
+        "world": 0, "ground": 0, "box": 1, "ball": 1, "pill": 3, "can": 1, "rock": 0, "b": 3, "h": 0, "p": 0,
+    }  # fmt: skip
+    assert len(of["h"].findall("visual")) == 1
+    assert all(of[name].find("inertial") is None for name in ("ground", "can"))
+
+
+def test_urdf_turns_parts_as_they_are_turned():
+    """Also where the middle angle is a right one, near which formulas with an arcsine lose half the digits."""
+    transform = pytest.importorskip("scipy.spatial.transform")
+    rng = np.random.default_rng(4)
+    turns = [q / np.linalg.norm(q) for q in rng.normal(size=(50, 4))]
+    for off in (0.0, 1e-9, -1e-12):
+        for side in (1, -1):
+            angles = [0.3, side * (np.pi / 2 + off), 0.7]
+            turns.append(transform.Rotation.from_euler("xyz", angles).as_quat())
+    part = BODIES[1].parts[0]
+    bodies = [body(f"b{i}", replace(part, orientation=tuple(q))) for i, q in enumerate(turns)]
+    links = ElementTree.fromstring(scene_urdf(bodies)).findall("link")[1:]
+    for link, turn in zip(links, turns, strict=True):
+        rpy = [float(word) for word in link.find("visual/origin").attrib["rpy"].split()]
+        found = transform.Rotation.from_euler("xyz", rpy).as_matrix()
+        # A handful of roundings of numbers of size 1.
+        assert np.allclose(
+            found, transform.Rotation.from_quat(turn).as_matrix(), atol=4e-15, rtol=0
+        )
+
+
 def test_bodies_survive_json():
-    assert from_json(to_json(BODIES)) == BODIES
+    described = [*BODIES, replace(BODIES[1], inertia=tuple(np.linspace(0.1, 0.9, 9)))]
+    assert from_json(to_json(described)) == described
 
 
 @pytest.mark.parametrize(
