@@ -104,7 +104,7 @@ class McapLog:
         try:
             self._begin_file()
             self._write_metadata()
-            self._check_room()
+            self.check_room(RESERVE_METADATA)
             self._thread = threading.Thread(target=self._run, name="mcap_log", daemon=True)
             self._thread.start()
         except BaseException as error:
@@ -168,6 +168,15 @@ class McapLog:
         self._closing.update(closing or {})
         self._queue.close()
         self._thread.join()
+
+    def check_room(self, needed: int) -> None:
+        """Raises RecordingError when the disk hasn't so many bytes left; for right after the start."""
+        free = self._file.free_bytes
+        if free < needed:
+            raise RecordingError(
+                f"recording folder {self.directory} can't be used: its disk has {free // 1000} kB left, "
+                f"and {needed // 1000} kB are needed to begin; free some space or choose another folder"
+            )
 
     def discard(self, others: Sequence[str] = ()) -> None:
         """Ends it and takes it away, with `others` in its folder: for a caller that couldn't begin."""
@@ -271,16 +280,6 @@ class McapLog:
         if self._file.pending > 0 and not self._file.has_room:
             self._stop_for_space()
         self._file.commit()
-
-    def _check_room(self) -> None:
-        """Raises RecordingError when the disk has no room even for the end of a file."""
-        free = self._file.free_bytes
-        if free < RESERVE_METADATA:
-            raise RecordingError(
-                f"recording folder {self.directory} can't be used: its disk has {free // 1000} kB left, "
-                f"and {RESERVE_METADATA // 1000} kB are needed to begin; free some space or choose "
-                "another folder"
-            )
 
     def _stop_for_space(self) -> None:
         """The disk is nearly full: closes the file while it still can."""

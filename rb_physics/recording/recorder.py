@@ -27,6 +27,9 @@ from .topics import Qos, TopicTable, load_topics
 # exported, but not repeated.
 FORMAT_VERSION = 2
 _HASH_BATCH = 0.02  # s of simulated or wall time after which state hashes are written
+_VIEW_ROOM = (
+    1_200_000  # bytes: where the bag stops for lack of room, the view needs some for its end
+)
 _LATCHED_QOS = Qos(durability="transient_local", depth=1)
 # What the recorder adds to the node's topics: name below the node, type, whether it may be dropped.
 _OWN_TOPICS = {
@@ -150,6 +153,7 @@ class Recorder:
             from .rerun_log import RerunLog
             from .rerun_sink import RerunSink
 
+            self._log.check_room(_VIEW_ROOM)
             path = folder / _rrd_name(folder)
             self._view = RerunSink(RerunLog(path, asdict(world.settings), live=rerun == "live"))
         world.keep_hashes = True
@@ -259,7 +263,8 @@ class Recorder:
 
     @property
     def view_error(self) -> str | None:
-        """Why the Rerun view stopped, as one sentence; the bag goes on without it."""
+        """Why the Rerun view stopped, as one sentence; the bag goes on without it, not it without
+        the bag."""
         return self._view.error if self._view is not None else None
 
     @property
@@ -373,7 +378,13 @@ class Recorder:
     def _write(self, entries: list[Entry]) -> None:
         assert self._log is not None
         self._log.write(entries)
-        if self._view is not None:
+        if self._view is None:
+            return
+        if self._log.error is not None:
+            # Its file is on the same disk, and a full one can leave Rerun waiting for its own
+            # writer for ever: it ends while there is room.
+            self._view.end()
+        else:
             self._view.write([(*self._contents[e.topic], e.log_time, e.data) for e in entries])
 
 

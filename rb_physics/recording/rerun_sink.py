@@ -45,6 +45,10 @@ class RerunSink:
     def dropped(self) -> int:
         return self._queue.dropped
 
+    def end(self) -> None:
+        """What was given before is still written; anything later is passed over."""
+        self._queue.close()
+
     def close(self) -> None:
         self._queue.close()
         self._thread.join()
