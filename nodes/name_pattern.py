@@ -17,7 +17,8 @@ from typing import Any, NoReturn
 
 _LONGEST = 250  # characters of a pattern; a name has no more
 _DEEPEST = 30  # groups in each other
-_MOST = 2000  # places, once repetitions are written out
+_MOST = 500  # places, once repetitions are written out
+_REMEMBERED = 10_000  # steps of the automaton: names are alike
 _TOKEN = re.compile(
     r"(?P<single>\\[dDwWsS.^$*+?()\[\]{}|\\/-]|\[\^?\]?(?:\[:\w+:\]|[^\]])*\]|[^\\\[*+?{()|^$])"
     r"|(?P<repeat>[*+?]|\{\d+(?:,\d*)?\})|(?P<mark>[()|^$])"
@@ -37,6 +38,7 @@ class NamePattern:
         self._tokens = _tokens(pattern)
         # Each place: ("single", test, next), ("^" or "$", next), ("split", next, next), ("end",).
         self._places: list[tuple[Any, ...]] = [("end",)]
+        self._steps: dict[tuple[frozenset[int], bool, str], frozenset[int] | None] = {}
         tree = self._alternatives(0)
         if self._tokens:
             raise ValueError("a ) closes no group")
@@ -44,17 +46,27 @@ class NamePattern:
 
     def search(self, name: str) -> bool:
         """Whether some part of `name` fits."""
-        here: set[int] = set()
+        here: frozenset[int] = frozenset()
         for at in range(len(name) + 1):
-            here = self._reached(here | {self._start}, at == 0, at == len(name))
-            if 0 in here:
+            after = self._step(here, at == 0, name[at : at + 1])
+            if after is None:
                 return True
-            if at < len(name):
-                places = [self._places[i] for i in here]
-                here = {p[2] for p in places if p[0] == "single" and p[1](name[at])}
+            here = after
         return False
 
-    def _reached(self, places: set[int], first: bool, last: bool) -> set[int]:
+    def _step(self, before: frozenset[int], first: bool, character: str) -> frozenset[int] | None:
+        """The places after a character ("" at the end); None once the end of the pattern is reached."""
+        key = (before, first, character)
+        if key not in self._steps:
+            here = self._reached(before | {self._start}, first, not character)
+            places = [self._places[i] for i in here] if character else []
+            after = frozenset(p[2] for p in places if p[0] == "single" and p[1](character))
+            if len(self._steps) >= _REMEMBERED:
+                self._steps.clear()
+            self._steps[key] = None if 0 in here else after
+        return self._steps[key]
+
+    def _reached(self, places: frozenset[int], first: bool, last: bool) -> set[int]:
         """The places that can be come to without a character of the name."""
         waiting, seen = list(places), set(places)
         while waiting:
@@ -95,7 +107,8 @@ class NamePattern:
         """The places of a part before the place `after`; returns the first of them."""
         kind, *rest = tree
         if kind == "either":
-            return self._place("split", *(self._append(branch, after) for branch in rest))
+            firsts = [self._append(branch, after) for branch in rest]
+            return firsts[0] if len(firsts) == 1 else self._place("split", *firsts)
         if kind == "sequence":
             for part in reversed(rest):
                 after = self._append(part, after)

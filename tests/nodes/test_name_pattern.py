@@ -71,8 +71,9 @@ def test_classes_of_posix():
     "pattern", ["(a+)+$b", "(a|a)*$b", "a*" * 40 + "b", "(a|a|aa)+b", "((a*)*)*b", "(a?){100}b"]
 )
 def test_patterns_that_backtracking_never_ends_with(pattern):
+    fits = NamePattern(pattern)
     begun = time.process_time()
-    assert not NamePattern(pattern).search("a" * 240)
+    assert not any(fits.search("a" * 240 + str(i)) for i in range(100))
     assert time.process_time() - begun < 5.0  # measured: 0.1 s; by backtracking, for ever
 
 
@@ -81,7 +82,7 @@ def test_patterns_that_backtracking_never_ends_with(pattern):
     [("(", "not closed"), (")", "closes no group"), ("*a", "nothing that"), ("a{3,2}", "count up"), ("a{300}", "255"),
      ("[", "is none of"), ("a{", "is none of"), ("(?=a)", "is none of"), (r"(a)\1", "is none of"), ("\\", "is none of"),
      ("[[:no:]]", "is none of the classes"), ("[b-a]", "bad character range"), ("a" * 251, "251 characters"),
-     ("(" * 40 + ")" * 40, "30 groups"), ("((a{99}){99}){99}", "2000 places")],
+     ("(" * 40 + ")" * 40, "30 groups"), ("((a{99}){99}){99}", "500 places")],
 )  # fmt: skip
 def test_what_is_no_pattern_says_why(pattern, words):
     with pytest.raises(ValueError, match=re.escape(words)):
