@@ -219,7 +219,9 @@ ConeNewtonReport cone_newton(const ContactProblem& problem, const ContactScales&
     const bool reached = report.residual <= options.tolerance;
     const double rate = r / report.residual;
     if (r < report.residual) {
-      without_progress = rate < 0.5 ? 0 : without_progress + 1;
+      // A term that is renewed between the steps approaches its limit slowly.
+      without_progress =
+          rate < (options.map == Map::kAssociated ? 0.98 : 0.5) ? 0 : without_progress + 1;
       report.residual = r;
       ws.best_impulse = impulse;
       ws.best_moment = moment;

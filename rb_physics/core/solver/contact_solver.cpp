@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <limits>
-#include <stdexcept>
-#include <string>
 
 #include "solver/contact_operators.hpp"
 #include "solver/interior_point.hpp"
@@ -16,6 +15,8 @@ namespace {
 
 constexpr std::size_t kMany = 400;   // contacts: of more it is first asked whether to factorise
 constexpr int kFirstSweeps = 5;      // find most of the active set
+constexpr int kRetries = 2;          // attempts from the same start, after which come others
+constexpr int kStarts = 8;           // other starts, before the first one again with more sweeps
 constexpr int kRetrySweeps = 60;     // before another Newton attempt
 constexpr double kGoodStart = 1e-3;  // a warm start below it goes to Newton as it is
 constexpr std::size_t kLarge = 64;   // contacts: more of them end where rounding begins to show
@@ -174,9 +175,17 @@ struct Solve {
       options.enough = settings.enough;
       options.good_start = 1e-3;
     }
-    if (attempt > 0) {  // another, softer path to the same answer
-      options.first_softness = attempt % 2 == 1 ? 10.0 : 1.0;
+    if (attempt > 0) {
+      // Softer paths to the same answer, every other one over the associated problem, whose Newton
+      // steps always descend: it crawls where much slides fast, and is sure where slips are small.
+      constexpr double starts[] = {10.0, 0.1, 0.1, 10.0, 1.0, 1.0, 10.0, 0.1, 10.0, 10.0};
+      options.first_softness = starts[(attempt - 1) % std::size(starts)];
       options.max_inner = 25;
+      if (attempt % 2 == 0 && attempt <= kRetries + kStarts) {
+        options.map = ConeNewtonOptions::Map::kAssociated;
+        options.max_outer = 100;
+        options.max_steps = 300;
+      }
     }
     const ConeNewtonReport r = cone_newton(problem, ws.scales, ws.cones, options, ws.space,
                                            ws.newton, io.impulse, io.moment);
@@ -215,6 +224,7 @@ struct Solve {
       measure();
     }
     bool central = !io.moment.empty() || !large();
+    double best = std::numeric_limits<double>::infinity();
     for (int k = 0; k < settings.newton_attempts && !reached(k) && !out_of_work(); ++k) {
       // What is left is the rounding of an ill-conditioned island: no use to insist.
       if (report.residual <= settings.enough && k >= (large() ? 1 : 2)) break;
@@ -222,12 +232,44 @@ struct Solve {
         interior();
         central = true;
         if (report.residual <= target) break;
+      } else if (k > kRetries && k <= kRetries + kStarts && !large()) {
+        start_elsewhere(k - kRetries - 1);
       } else if (k > 0) {
-        sweep(kRetrySweeps << (k - 1));
+        sweep(kRetrySweeps << (k <= kRetries || large() ? k - 1 : k - kStarts - 1));
       }
       newton(k);
       measure();
+      if (report.residual < best) {
+        best = report.residual;
+        ws.best_impulse = io.impulse;
+        ws.best_moment = io.moment;
+      }
     }
+    if (report.residual > best) {
+      io.impulse = ws.best_impulse;
+      io.moment = ws.best_moment;
+      measure();
+    }
+  }
+
+  // Where friction is strong, Newton may circle around a start that is near: another one, from what
+  // each contact asks for by itself, so that neither the order of the contacts nor the axes matter.
+  void start_elsewhere(int number) {
+    constexpr double share[] = {0.0, 1.0, 0.1, 10.0};  // of what stops the contact's approach
+    const bool slides = number % 2 == 0;               // against friction, or free of it
+    for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+      const ContactConstraint& c = problem.contacts[i];
+      const Vec3 u = relative_velocity(c, problem.velocity);
+      const double normal = share[number / 2 % 4] * typical / ws.scales.w[i];
+      io.impulse[i] = Vec3(normal, 0.0, 0.0);
+      const double slip = u.tail<2>().norm();
+      if (slides && slip > 0.0) {
+        io.impulse[i].tail<2>() = (-ws.cones[i].slide * normal / slip) * u.tail<2>();
+      }
+      if (!io.moment.empty()) io.moment[i].setZero();
+    }
+    if (number == 0) sweep(kFirstSweeps);
+    measure();
   }
 
   // The same, contact by contact, for those with rolling or spinning friction.
@@ -399,41 +441,7 @@ struct Solve {
   }
 };
 
-void require(bool ok, std::size_t contact, const char* field, const char* allowed) {
-  if (ok) return;
-  throw std::invalid_argument("contact " + std::to_string(contact) + ": " + field + " must be " +
-                              allowed);
-}
-
 }  // namespace
-
-void check_problem(const ContactProblem& problem) {
-  const int nb = static_cast<int>(problem.inv_mass.size());
-  if (problem.inv_inertia.size() != problem.inv_mass.size() ||
-      problem.velocity.size() != problem.inv_mass.size()) {
-    throw std::invalid_argument("inv_mass, inv_inertia and velocity differ in length");
-  }
-  for (int i = 0; i < nb; ++i) {
-    if (!(problem.inv_mass[i] > 0.0) || !std::isfinite(problem.inv_mass[i]) ||
-        !problem.inv_inertia[i].allFinite() || !problem.velocity[i].allFinite()) {
-      throw std::invalid_argument("body " + std::to_string(i) +
-                                  ": inv_mass must be > 0 and all numbers finite");
-    }
-  }
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-    const ContactConstraint& c = problem.contacts[i];
-    require(c.a >= 0 && c.a < nb, i, "a", "the index of a body");
-    require(c.b >= -1 && c.b < nb && c.b != c.a, i, "b", "the index of another body, or -1");
-    require(c.r_a.allFinite() && c.r_b.allFinite() && c.frame.allFinite(), i, "geometry", "finite");
-    require(c.bias.allFinite() && c.angular_bias.allFinite(), i, "bias", "finite");
-    require(c.friction >= 0.0 && c.static_friction >= 0.0 && c.rolling_friction >= 0.0 &&
-                c.spinning_friction >= 0.0 &&
-                std::isfinite(c.friction + c.static_friction + c.rolling_friction +
-                              c.spinning_friction),
-            i, "friction", "finite and >= 0");
-    require(c.restitution >= 0.0 && c.restitution <= 1.0, i, "restitution", "in [0, 1]");
-  }
-}
 
 SolveReport solve_contacts(const ContactProblem& problem, const SolverSettings& settings,
                            ContactSolution& io, SolverWorkspace& workspace) {

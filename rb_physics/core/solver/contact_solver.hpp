@@ -37,7 +37,7 @@ struct SolverWorkspace {
   SlidingLoadWorkspace sliding_load;
   WideContacts wide;
   std::vector<Vec6> v;
-  std::vector<Vec3> saved_impulse, saved_moment, direction;
+  std::vector<Vec3> saved_impulse, saved_moment, best_impulse, best_moment, direction;
   std::vector<Vec6> certificate;
   ContactScales scales;
 };

@@ -19,7 +19,7 @@ struct SolverSettings {
   // After two attempts a residual at or below it ends the work, whatever the tolerance: what is
   // left then is nearly always the rounding of an ill-conditioned island.
   double enough = 1e-10;
-  int newton_attempts = 8;  // with ever more sweeps between them
+  int newton_attempts = 16;  // sweeps between the first, other starts, ever more sweeps
   // Largest direct factorisation (multiply-adds, one Newton step); islands above it iterate.
   double max_factor_work = 3e6;
   int max_sweeps = 60;  // for islands that iterate

@@ -169,8 +169,8 @@ SolverSettings IslandAdvance::solver_settings() const {
   settings.warm_tolerance = settings.tolerance;
   settings.newton_goal = 0.1 * settings.tolerance;
   settings.max_work = world_.settings.max_work;
-  settings.enough = 1e-9;                                   // a tenth of what any island may report
-  settings.newton_attempts = active_.size() <= 64 ? 8 : 4;  // a jam of few contacts is worth it
+  settings.enough = 1e-9;  // a tenth of what any island may report
+  settings.newton_attempts = active_.size() <= 64 ? 16 : 4;  // a jam of few contacts is worth it
   if (is_large_island(active_.size())) {
     const auto nc = static_cast<double>(active_.size());
     // A factorisation must not cost more than a few sweeps, as in a tower.
@@ -202,6 +202,7 @@ void IslandAdvance::carry(double tau, bool far_too) {
   IslandWorkspace& work = work_;
   for (std::size_t k = 0; k < rows_.size(); ++k) total_[k] = world_.applied[rows_[k]];
   active_.clear();
+  residual_ = 0.0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (far_too || contacts[i].touching()) active_.push_back(static_cast<std::int32_t>(i));
   }
@@ -261,7 +262,7 @@ void IslandAdvance::carry(double tau, bool far_too) {
   SolverSettings settings = solver_settings();
   settings.warm_speed = 5.0 * settings.tolerance * gain;
   const SolveReport report = solve_contacts(problem, settings, solution, work.solver);
-  stats.residual = std::fmax(stats.residual, report.residual);
+  residual_ = report.residual;
   stats.iterations += report.sweeps + report.newton_steps;
   if (report.work_exhausted) ++stats.capped;
   add_forces(tau);
@@ -329,6 +330,7 @@ void IslandAdvance::add_forces(double tau) {
 }
 
 void IslandAdvance::book() {
+  stats.residual = std::fmax(stats.residual, residual_);
   const IslandWorkspace& work = work_;
   for (std::size_t n = 0; n < active_.size(); ++n) {
     Contact& c = contacts[active_[n]];

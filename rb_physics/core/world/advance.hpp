@@ -110,6 +110,7 @@ class IslandAdvance {
   bool free_ = false;      // nothing immovable within reach: all momenta are the island's own
   bool at_start_ = false;  // the arms of the last solve are those at the start of its interval
   Vec3 reference_ = Vec3::Zero();  // m/s: problems are set up in the frame that moves along
+  double residual_ = 0.0;          // of the last carry: only the one that moves the bodies counts
   double elapsed_ = 0.0;           // s since the step began
 };
 
