@@ -17,6 +17,8 @@ constexpr std::size_t kMany = 400;   // contacts: of more it is first asked whet
 constexpr int kFirstSweeps = 5;      // find most of the active set
 constexpr int kRetries = 2;          // attempts from the same start, after which come others
 constexpr int kStarts = 8;           // other starts, before the first one again with more sweeps
+constexpr int kJamSweeps = 400;      // the same, wide, in a jam; later four times as many
+constexpr double kTowerWork = 150;   // multiply-adds of a factorisation per contact: more is a jam
 constexpr int kRetrySweeps = 60;     // before another Newton attempt
 constexpr double kGoodStart = 1e-3;  // a warm start below it goes to Newton as it is
 constexpr std::size_t kLarge = 64;   // contacts: more of them end where rounding begins to show
@@ -194,6 +196,12 @@ struct Solve {
   }
 
   bool large() const { return problem.contacts.size() > kLarge; }
+  // Of many contacts, and every body among many others: Newton is dear there and often circles,
+  // and the next step will have another jam.
+  bool jam() const {
+    return large() && io.moment.empty() &&
+           ws.space.factor_work() > kTowerWork * static_cast<double>(problem.contacts.size());
+  }
 
   // A start for Newton where sweeps leave too much open. Kept if it is nearer.
   void interior() {
@@ -211,7 +219,11 @@ struct Solve {
 
   void solve_direct() {
     if (!(report.residual <= kGoodStart)) {
-      sweep(kFirstSweeps);
+      if (jam()) {
+        wide_sweeps(kJamSweeps);
+      } else {
+        sweep(kFirstSweeps);
+      }
       measure();
     }
     const auto reached = [&](int attempt) {  // the first one goes on to rounding
@@ -225,10 +237,15 @@ struct Solve {
     }
     bool central = !io.moment.empty() || !large();
     double best = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < settings.newton_attempts && !reached(k) && !out_of_work(); ++k) {
+    const int attempts = jam() ? std::min(settings.newton_attempts, 2) : settings.newton_attempts;
+    for (int k = 0; k < attempts && !reached(k) && !out_of_work(); ++k) {
       // What is left is the rounding of an ill-conditioned island: no use to insist.
       if (report.residual <= settings.enough && k >= (large() ? 1 : 2)) break;
-      if (!central && (k > 0 || (large() && report.residual > kGoodStart))) {
+      if (k > 0 && jam()) {
+        wide_sweeps(4 * kJamSweeps);
+        measure();
+        if (report.residual <= settings.enough) break;
+      } else if (!central && (k > 0 || (large() && report.residual > kGoodStart))) {
         interior();
         central = true;
         if (report.residual <= target) break;
@@ -237,7 +254,7 @@ struct Solve {
       } else if (k > 0) {
         sweep(kRetrySweeps << (k <= kRetries || large() ? k - 1 : k - kStarts - 1));
       }
-      newton(k);
+      newton(k, kSoftness, jam() ? 10 : 30);
       measure();
       if (report.residual < best) {
         best = report.residual;
@@ -302,9 +319,9 @@ struct Solve {
     measure();
   }
 
-  // Large islands: wide sweeps, accelerated by the nonsmooth nonlinear conjugate gradient method
-  // (Silcowitz, Niebe & Erleben 2010), which takes the change of one sweep for the gradient.
-  void iterate() {
+  // Wide sweeps, accelerated by the nonsmooth nonlinear conjugate gradient method (Silcowitz, Niebe
+  // & Erleben 2010), which takes the change of one sweep for the gradient.
+  WideResidual wide_sweeps(int most) {
     constexpr int look = 16;  // sweeps between two measurements
     WideResidual r;
     const auto measure_wide = [&] {
@@ -317,11 +334,13 @@ struct Solve {
     ws.wide.load(problem, ws.cones);
     ws.wide.set_impulses(io.impulse);
     measure_wide();
-    report.start_residual = report.residual;
-    report.typical_velocity = r.typical_velocity;
-    for (int k = 1; k <= settings.max_sweeps && !out_of_work(); ++k) {
+    if (report.typical_velocity == 0.0) {  // nobody has looked yet
+      report.start_residual = report.residual;
+      report.typical_velocity = r.typical_velocity;
+    }
+    for (int k = 1; k <= most && !out_of_work(); ++k) {
       if (report.residual <= std::max(target, settings.enough)) break;
-      const bool last = k == settings.max_sweeps || k % look == 0;
+      const bool last = k == most || k % look == 0;
       ws.wide.accelerated_sweep(last);
       ++report.sweeps;
       work += static_cast<double>(problem.contacts.size());
@@ -330,6 +349,12 @@ struct Solve {
     if (report.work_exhausted) measure_wide();
     ws.wide.impulses(io.impulse);
     ws.wide.velocities(ws.v);
+    return r;
+  }
+
+  // Large islands, where the forces take no part in a factorisation.
+  void iterate() {
+    const WideResidual r = wide_sweeps(settings.max_sweeps);
     if (!out_of_work() && release_sliding(r.typical_velocity)) return iterate();
     io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
   }
@@ -410,8 +435,8 @@ struct Solve {
     const bool many = problem.contacts.size() > kMany && io.moment.empty();
     if (many) {
       bool direct = false;
-      ws.wide.begin_load(
-          problem, [&] { direct = ws.space.prepare(problem, settings.max_factor_work); });
+      ws.wide.begin_load(problem,
+                         [&] { direct = ws.space.prepare(problem, settings.max_factor_work); });
       if (!direct) return iterate();
       ws.wide.forget();
     }
