@@ -85,7 +85,7 @@ class Batch(_core.Batch):
         index, step, row = trouble
         name = self._worlds[index].bodies[row].name if row >= 0 else ""
         raise DivergedError(
-            f"variation {index}, step {step}: the state of body {name!r} stopped being finite or grew beyond 1e30; the "
+            f"variation {index}, step {step}: the state of body {name!r} stopped being finite, grew beyond 1e30 or turned by more than 1e4 rad; the "
             "variation holds its last good state: look for huge forces, masses or speeds",
             step=step,
             body=name,

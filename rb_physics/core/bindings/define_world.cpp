@@ -39,11 +39,12 @@ py::array_t<double> per_body(const World& w, Fill fill) {
 [[noreturn]] void throw_diverged(const World& w, const Diverged& e) {
   const std::string name = e.info.body >= 0 ? w.bodies[e.info.body].name : std::string();
   const py::object type = py::module_::import("rb_physics.errors").attr("DivergedError");
-  const py::object error = type(
-      "step " + std::to_string(e.info.step) + ": the state of body '" + name +
-          "' stopped being finite or grew beyond 1e30; the world holds the last good state: look "
-          "for huge forces, masses or speeds",
-      py::arg("step") = e.info.step, py::arg("body") = name);
+  const py::object error =
+      type("step " + std::to_string(e.info.step) + ": the state of body '" + name +
+               "' stopped being finite, grew beyond 1e30 or turned by more than 1e4 rad; the world "
+               "holds the last good state: look "
+               "for huge forces, masses or speeds",
+           py::arg("step") = e.info.step, py::arg("body") = name);
   PyErr_SetObject(type.ptr(), error.ptr());
   throw py::error_already_set();
 }

@@ -10,6 +10,8 @@ namespace {
 
 constexpr int max_order = 24;
 constexpr double max_angle = 0.25;    // rad turned per series: keeps the order below about 14
+constexpr double many_turns = 64.0;   // rad: from here on pieces follow the speed of the moment
+constexpr int most_pieces = 65536;    // more than `greatest_turn` takes
 constexpr double negligible = 1e-19;  // relative size of the last term, a thousandth of rounding
 
 // One Taylor series over h with |omega| h <= max_angle.
@@ -53,6 +55,21 @@ Quat series(const Quat& q, const Vec3& L, const Inertia& in, double h) {
   return normalized(out);
 }
 
+// Many turns. The bound on |omega| that serves for a few may be far above it (a needle's); |omega|
+// changes by a third at most within one piece, because no principal moment exceeds the sum of the
+// others.
+Quat turn_on(const Quat& q, const Vec3& L, const Inertia& in, double h) {
+  Quat out = q;
+  double left = h;
+  for (int k = 0; k < most_pieces && left != 0.0; ++k) {
+    const double omega = (in.inv_body * (out.conjugate() * L)).norm();
+    const double piece = std::fmin(std::fabs(left), max_angle / omega);
+    out = series(out, L, in, std::copysign(piece, left));
+    left = piece < std::fabs(left) ? left - std::copysign(piece, left) : 0.0;
+  }
+  return out;
+}
+
 }  // namespace
 
 Quat rotate_free(const Quat& q, const Vec3& L, const Inertia& in, double h) {
@@ -69,6 +86,7 @@ Quat rotate_free(const Quat& q, const Vec3& L, const Inertia& in, double h) {
   const double twice_energy = l.dot(in.inv_body * l);
   const double omega_max = std::fmin(l.norm() * inv_min, std::sqrt(twice_energy * inv_min));
   const double angle = std::fabs(h) * omega_max;
+  if (angle > many_turns) return turn_on(q, L, in, h);
   const int pieces = angle <= max_angle ? 1 : static_cast<int>(std::ceil(angle / max_angle));
   Quat out = q;
   for (int k = 0; k < pieces; ++k) out = series(out, L, in, h / pieces);

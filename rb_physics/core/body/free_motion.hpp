@@ -7,6 +7,9 @@
 
 namespace rb {
 
+// rad in one step. A body that turns farther has diverged: its attitude says nothing any more.
+inline constexpr double greatest_turn = 1e4;
+
 // Orientation after h seconds of torque-free rotation with constant angular momentum L (world
 // axes). Taylor series of dl/dt = l x J_b^-1 l, dq/dt = q omega_b / 2 (l = R^T L), order chosen so
 // that the first neglected term is below rounding; a sphere turns in closed form.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <mutex>
 
+#include "body/free_motion.hpp"
 #include "contact/builder.hpp"
 #include "world/sleep.hpp"
 #include "world/step.hpp"
@@ -29,6 +30,12 @@ void add_to_pair(std::vector<PairImpulse>& sums, const Contact& c) {
 
 }  // namespace
 
+bool turns_too_far(const Body& body, const Vec3& L, double h) {
+  if (!body.is_dynamic() || body.inertia.isotropic) return false;
+  const Vec3 omega = body.inertia.inv_body * (body.state.q.conjugate() * L);
+  return !(std::fabs(h) * omega.norm() <= greatest_turn);
+}
+
 // Far below where squares overflow: broad and narrow phase work with products of these.
 bool within_numbers(const Body& body, double h) {
   constexpr double greatest = 1e30;            // m, m/s, rad/s; m in a step
@@ -41,7 +48,8 @@ bool within_numbers(const Body& body, double h) {
   return s.x.allFinite() && s.q.coeffs().allFinite() && s.p.allFinite() && s.L.allFinite() &&
          most(s.x) <= greatest && most(s.p) <= greatest_momentum &&
          most(s.L) <= greatest_momentum && speed <= greatest && h * speed <= greatest &&
-         spin <= greatest && (!body.target || most(body.target->position) <= greatest);
+         spin <= greatest && !turns_too_far(body, s.L, h) &&
+         (!body.target || most(body.target->position) <= greatest);
 }
 
 void classify_contacts(World& world) {

@@ -46,6 +46,8 @@ void move_kinematics(World& world);
 void classify_contacts(World& world);
 // Position, velocities and target are finite and so small that products of them are.
 bool within_numbers(const Body& body, double h);
+// More than greatest_turn in h seconds with this angular momentum (world axes).
+bool turns_too_far(const Body& body, const Vec3& L, double h);
 void require_finite(World& world);  // throws Diverged, with the last good state in place
 void finish_step(World& world);
 

@@ -65,7 +65,8 @@ void begin_body(World& world, std::size_t row) {
   constexpr double greatest_way = 1e30;  // m in the step
   const double force = w.force.cwiseAbs().maxCoeff();
   if (!(force <= greatest && h * h * body.inertia.inv_mass * force <= greatest_way &&
-        w.torque.cwiseAbs().maxCoeff() <= greatest)) {
+        w.torque.cwiseAbs().maxCoeff() <= greatest) ||
+      turns_too_far(body, body.state.L + h * w.torque, h)) {
     throw Diverged(world.step_count, static_cast<std::int32_t>(row));
   }
 }
