@@ -16,6 +16,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from rb_physics.recording.recorder_arguments import LEAST_SPLIT_BYTES
 from rb_physics.resources import shared_folder
 
 TIMEOUTS = ("wrench_timeout", "cmd_vel_timeout")
@@ -98,6 +99,8 @@ def refusal(name: str, entry: Mapping[str, Any], value: Any) -> str | None:
         return f"parameter {name} is {value}, but must be >= 0 s, or -1 for ever"
     if name == "real_time_factor" and 0.0 < value < LOWEST_FACTOR:
         return f"parameter {name} is {value}, but must be 0 or at least {LOWEST_FACTOR:g}"
+    if name == "log_split_bytes" and 0 < value < LEAST_SPLIT_BYTES:
+        return f"parameter {name} is {value}, but must be 0 or at least {LEAST_SPLIT_BYTES}"
     return None
 
 

@@ -267,7 +267,7 @@ def _value(name: str, text: str) -> Any:
 @recording_argument("second")
 @new_png("--plot", "Draw how far each body is apart, over time, into this new PNG file.")
 def compare(first: Path, second: Path, png: Path | None) -> None:
-    """Say where the poses of two recordings part; exit code 1 when they do."""
+    """Say where poses and velocities of two recordings part; exit code 1 when they do."""
     from .recording.compare import compare as find
 
     result = find(first, second)

@@ -46,7 +46,7 @@ mcap_reader log_reader  one file, and a whole recording, read back; bag_folder: 
                         summary: for people; recover: a whole one from a torn one
 recorded_run            what a log holds of a run; repetition: doing it again; replay: comparing it;
                         lost_spans: where something is missing
-branch compare          going on from one of its moments, finding differences
+branch compare          going on from one of its moments, finding differences; motions: of what
 tables export plot      columns for other tools; render: pictures of the view; new_path: where to
 ======================  =========================================================================
 """

@@ -97,6 +97,7 @@ class BagFile:
                 self._writer.add_attachment(*attachment)
             self._writer.add_metadata("rb_physics", notes)
             self._put()
+            self.start_bytes = self.size  # scene, topics, notes: before any message
         except BaseException:
             self.close()
             raise

@@ -149,6 +149,17 @@ def decode_pose_array(data: bytes) -> tuple[int, str, NDArray]:
     return time_ns, frame_id, poses
 
 
+def decode_odometry(data: bytes) -> tuple[str, NDArray, NDArray]:
+    """nav_msgs/msg/Odometry: (child frame, pose (7,), twist (6,) m/s and rad/s in the child frame)."""
+    reader = CdrReader(data)
+    reader.stamp(), reader.string()
+    child = reader.string()
+    pose = reader.array("f8", 7 + 36)[:7]
+    twist = reader.array("f8", 6 + 36)[:6]
+    reader.end()
+    return child, pose, twist
+
+
 def decode_transforms(data: bytes) -> list[tuple[int, str, str, tuple[float, ...]]]:
     """tf2_msgs/msg/TFMessage: a list of (stamp in ns, frame, child frame, 7 doubles).
     Raises ValueError on malformed bytes."""

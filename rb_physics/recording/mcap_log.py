@@ -65,8 +65,8 @@ class McapLog:
         """Makes the folder (and its parents) and starts the writer.
 
         `flush_interval` s of wall time; `split_bytes` and `split_duration` (s of log time) begin a
-        new file; `fsync` forces every flush to the disk. Raises RecordingError, and leaves nothing
-        behind then.
+        new file, by size only once its messages take as much of it as what begins every file;
+        `fsync` forces every flush to the disk. Raises RecordingError, and leaves nothing behind then.
         """
         if importlib.util.find_spec("mcap") is None:
             raise RecordingError("recording needs the mcap package: pip install mcap")
@@ -254,7 +254,9 @@ class McapLog:
             return False
         if file.index_bytes >= _INDEX_BYTES:
             return True
-        if self._split_bytes is not None and file.size >= self._split_bytes:
+        # A large scene, which begins every file, must not make a file of each message.
+        full = None if self._split_bytes is None else max(self._split_bytes, 2 * file.start_bytes)
+        if full is not None and file.size >= full:
             return True
         lasts = log_time - file.info.start
         return self._split_duration is not None and lasts >= self._split_duration * 1e9

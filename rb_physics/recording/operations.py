@@ -36,6 +36,7 @@ import numpy as np
 from .initial_bodies import InitialBodies
 
 CHANGE_BODIES = ("add_body", "remove_body", "reset", "reset_state")  # the set of bodies may change
+MOVE_BODIES = (*CHANGE_BODIES, "set_state", "change_body", "restore")  # at once, between two steps
 RESETS = ("reset", "reset_state", "reset_time", "restore")  # time or state jumps
 _GREATEST = 1e20  # m, m/s, rad/s; a state with more can't be stepped
 _STATE = ("position", "orientation", "linear_velocity", "angular_velocity")

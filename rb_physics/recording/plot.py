@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .compare import distances
+from .compare import UNITS, differences
 from .mcap_log import RecordingError
 from .new_path import new_file, writing
 from .tables import Tables, read_tables
@@ -43,22 +43,31 @@ def plot(recording: str | Path, png: str | Path) -> Path:
 
 
 def plot_comparison(first: str | Path, second: str | Path, png: str | Path) -> Path:
-    """Draws how far bodies of two recordings are apart, farthest first. Raises RecordingError."""
+    """Draws how far bodies of two recordings are apart, farthest first: positions, orientations,
+    and velocities where both logged them. Raises RecordingError."""
     pyplot = _pyplot()
     png = new_file(png)
-    apart = {name: of for name, of in distances(first, second).items() if of[1].any()}
-    figure, axis = pyplot.subplots(figsize=(9, 5), layout="constrained")
-    for name, (time, distance) in sorted(apart.items(), key=lambda e: -e[1][1].max())[:_MOST]:
-        # Zero has no logarithm: the curve is interrupted there.
-        axis.semilogy(time, np.where(distance > 0, distance, np.nan), label=name)
-    axis.set_xlabel("time [s]")
-    axis.set_ylabel("distance between positions [m]")
-    axis.set_title(f"{Path(first).name} and {Path(second).name}")
-    axis.grid(alpha=0.3)
-    if apart:
-        axis.legend(loc="lower right", fontsize="small", ncols=2)
-    else:
-        axis.text(0.5, 0.5, "identical poses", transform=axis.transAxes, ha="center")
+    bodies = differences(first, second)
+    drawn = [quantity for quantity in UNITS if any(quantity in of for of in bodies.values())]
+    if not drawn:
+        raise RecordingError(f"{first} and {second} have no poses of one body at one time")
+    size = (9, 1 + 3 * len(drawn))
+    figure, axes = pyplot.subplots(len(drawn), 1, sharex=True, figsize=size, layout="constrained")
+    for axis, quantity in zip(axes, drawn, strict=True):
+        apart = {n: of[quantity] for n, of in bodies.items() if quantity in of}
+        apart = {n: series for n, series in apart.items() if series.differs.any()}
+        for name, series in sorted(apart.items(), key=lambda e: -e[1].apart.max())[:_MOST]:
+            # Zero has no logarithm: the curve is interrupted there; a dot shows a moment alone.
+            values = np.where(series.apart > 0, series.apart, np.nan)
+            axis.semilogy(series.time, values, marker=".", markersize=2, label=name)
+        axis.set_ylabel(f"{quantity} apart [{UNITS[quantity]}]")
+        axis.grid(alpha=0.3)
+        if apart:
+            axis.legend(loc="lower right", fontsize="small", ncols=2)
+        else:
+            axis.text(0.5, 0.5, "no difference", transform=axis.transAxes, ha="center")
+    axes[-1].set_xlabel("time [s]")
+    axes[0].set_title(f"{Path(first).name} and {Path(second).name}")
     with writing(png):
         figure.savefig(png, dpi=120)
     pyplot.close(figure)

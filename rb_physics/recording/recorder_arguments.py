@@ -14,6 +14,8 @@ from .mcap_log import COMPRESSIONS, RecordingError
 from .message_queue import POLICIES
 from .topics import TopicTable
 
+LEAST_SPLIT_BYTES = 10_000  # below it what begins and ends a file is more than what it holds
+
 
 def checked(
     world: Any,
@@ -104,7 +106,7 @@ _LOG_OPTIONS: dict[str, Callable[[str, Any], object]] = {
     "flush_interval": _seconds,
     "queue_bytes": _bytes,
     "policy": lambda name, value: checks.choice(None, name, value, POLICIES),
-    "split_bytes": _bytes,
+    "split_bytes": lambda name, value: checks.whole_number(name, value, LEAST_SPLIT_BYTES, 2**62),
     "split_duration": _seconds,
     "fsync": checks.flag,
 }

@@ -25,6 +25,7 @@ def test_entries_are_complete_and_their_defaults_allowed(name):
         ("real_time_factor", -1.0, "must lie in 0 .. 1000"),
         ("real_time_factor", math.nan, "must lie in"),
         ("real_time_factor", 1e-9, "must be 0 or at least 0.001"),
+        ("log_split_bytes", 1, "must be 0 or at least 10000"),
         ("wrench_timeout", -0.5, "must be >= 0 s, or -1 for ever"),
         ("wrench_timeout", -2.0, "must lie in -1"),
         ("wrench_timeout", math.inf, "must lie in"),

@@ -12,7 +12,7 @@ import rb_physics as rb
 from rb_physics.cli import main
 from rb_physics.recording import Recorder, RecordingError
 from rb_physics.recording.branch import AddedWrench, branch
-from rb_physics.recording.compare import compare, distances
+from rb_physics.recording.compare import compare, differences
 from rb_physics.recording.export import export
 from rb_physics.recording.plot import plot, plot_comparison
 from rb_physics.recording.replay import Run, verify
@@ -244,7 +244,7 @@ def test_plot(run, tmp_path):
 def test_plot_of_a_comparison(run, tmp_path):
     pytest.importorskip("matplotlib")
     branch(run, tmp_path / "b", 0.1, 0.3, wrenches=[AddedWrench("box", (40.0, 0, 0))], rerun="off")
-    time, distance = distances(run, tmp_path / "b")["box"]
+    time, distance, _ = differences(run, tmp_path / "b")["box"]["position"]
     assert distance[time == 0.1] == 0
     assert distance[-1] > 0.25
     assert plot_comparison(run, tmp_path / "b", tmp_path / "a.png").stat().st_size > 10_000

@@ -117,6 +117,20 @@ def test_split_files_are_each_complete(tmp_path):
     assert times == sorted(times)
 
 
+def test_a_large_scene_does_not_make_a_file_of_each_message(tmp_path):
+    scene = Attachment("scene.yaml", "application/yaml", bytes(100_000))
+    log = McapLog(tmp_path / "run", attachments=[scene], split_bytes=10_000, compression="none",
+                 chunk_bytes=1000)  # fmt: skip
+    topic = log.add_topic("/text", "std_msgs/msg/String", Qos())
+    for step in range(2000):
+        log.write([Entry(topic, step, step, encode_string("x" * 100))])
+    log.close()
+    assert log.error is None
+    files = list((tmp_path / "run").glob("*.mcap"))
+    # A message takes 140 to 200 bytes with its share of chunk and index; each file takes 100 kB of them.
+    assert 2000 * 140 / 100_000 <= len(files) <= 2000 * 200 / 100_000 + 1
+
+
 def test_existing_folder_is_refused(tmp_path):
     (tmp_path / "run").mkdir()
     with pytest.raises(RecordingError, match="exists already and is never overwritten"):
