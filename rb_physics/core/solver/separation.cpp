@@ -1,6 +1,5 @@
 #include "solver/separation.hpp"
 
-
 namespace rb {
 
 SeparationReport separate_bodies(const ContactProblem& problem, double slack, int most_sweeps,

@@ -10,7 +10,7 @@ namespace rb {
 namespace {
 
 constexpr int kLanes = wide::kLanes;
-constexpr std::int32_t kFewGroups = 4;      // are not worth another thread
+constexpr std::int32_t kFewGroups = 4;     // are not worth another thread
 constexpr std::size_t kFewContacts = 128;  // nor are these
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
