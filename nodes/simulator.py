@@ -13,7 +13,7 @@ from rclpy.parameter import Parameter
 
 import rb_physics as rb
 from rb_physics.recording import Recorder, RecordingError, load_topics, new_run_directory
-from rb_physics.recording.mcap_log import FolderExistsError
+from rb_physics.recording.errors import FolderExistsError
 from rb_physics.recording.operations import CHANGE_BODIES
 from rb_physics.recording.rerun_log import require
 from rb_physics.recording.topics import Topic

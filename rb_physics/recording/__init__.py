@@ -51,9 +51,10 @@ tables export plot      columns for other tools; render: pictures of the view; n
 ======================  =========================================================================
 """
 
-from .mcap_log import RecordingError
+from .errors import RecordingError
+from .log_folder import new_run_directory
 from .outputs import Outputs
-from .recorder import Recorder, new_run_directory
+from .recorder import Recorder
 from .topics import Topic, TopicError, TopicTable, load_topics
 
 __all__ = [

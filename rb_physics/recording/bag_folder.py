@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from .mcap_log import RecordingError
+from .errors import RecordingError
 from .plain_yaml import load_plain
 
 _METADATA_LIMIT = 64 * 1024 * 1024  # bytes of metadata.yaml

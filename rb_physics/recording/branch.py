@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import decoders
+from .errors import RecordingError
 from .geometry import from_json as bodies_from_json
 from .held_wrenches import HeldWrenches
 from .initial_bodies import MATERIAL
 from .log_reader import damage_told
-from .mcap_log import RecordingError
 from .operations import from_json as operation_from_json
 from .recorded_run import Run
 from .recorder import Recorder

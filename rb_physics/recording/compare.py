@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .mcap_log import RecordingError
+from .errors import RecordingError
 from .motions import Motions, read_motions
 
 UNITS = {

@@ -1,13 +1,19 @@
-"""Versions and machine of a run: what a repetition compares first."""
+"""Versions and machine of a run, which a repetition compares first, and what else is noted of it."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import platform
+from dataclasses import asdict
+from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+
+from .operations import plain
 
 
 def environment() -> dict[str, str]:
@@ -25,6 +31,22 @@ def environment() -> dict[str, str]:
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}",
         "cpu": _cpu(),
+    }
+
+
+def notes_of_run(world: Any, scene: Any, node_name: str, format_version: int) -> dict[str, str]:
+    """What is noted in every file and in metadata.yaml."""
+    settings = {k: plain(v) for k, v in asdict(world.settings).items()}
+    return {
+        "format_version": str(format_version),
+        **environment(),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "node_name": node_name,
+        "scene": getattr(scene, "name", ""),
+        "dt": repr(float(world.settings.dt)),
+        "settings": json.dumps(settings),
+        "seed": "none: nothing is random",
+        "first_step": str(world.step_count),
     }
 
 

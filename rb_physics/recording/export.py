@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .mcap_log import RecordingError
+from .errors import RecordingError
 from .new_path import writing
 from .tables import Tables, read_tables
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Iterable
+from datetime import datetime
 from pathlib import Path
 
+from .errors import FolderExistsError, RecordingError
 from .rosbag2 import write_atomically
 
 
@@ -69,3 +71,34 @@ class LogFolder:
         if self._descriptor >= 0:
             os.close(self._descriptor)
             self._descriptor = -1
+
+
+def make_folder(directory: Path) -> LogFolder:
+    """Makes a new folder; RecordingError when it exists or can't be made."""
+    try:
+        if directory.parent.exists() and not directory.parent.is_dir():
+            raise NotADirectoryError(None, f"{directory.parent} is a file")
+        os.makedirs(directory.parent, exist_ok=True)
+        os.mkdir(directory)
+        return LogFolder(directory)
+    except FileExistsError:
+        raise FolderExistsError(
+            f"recording folder {directory} exists already and is never overwritten: choose another "
+            "name or remove it"
+        ) from None
+    except OSError as error:
+        raise RecordingError(
+            f"recording folder {directory} can't be made ({error.strerror}): choose a folder you "
+            "may write to"
+        ) from None
+
+
+def new_run_directory(parent: str | Path) -> Path:
+    """A folder name below `parent` that nothing has yet; it isn't made. Named by date and time."""
+    parent = Path(parent)
+    base = datetime.now().strftime("run_%Y_%m_%d-%H_%M_%S")
+    path, number = parent / base, 1
+    while path.exists():
+        number += 1
+        path = parent / f"{base}_{number}"
+    return path

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import IO, Any
 
 from .bag_folder import find_files, read_metadata
+from .errors import RecordingError
 from .lost_spans import LostSpan, LostSpans
-from .mcap_log import RecordingError
 from .mcap_reader import (
     DAMAGE,
     DamagedAttachment,

@@ -7,7 +7,6 @@ killed process loses no more than that. Nothing existing is ever overwritten.
 from __future__ import annotations
 
 import importlib.util
-import os
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -15,7 +14,8 @@ from pathlib import Path
 
 from .bag_file import RESERVE_METADATA, Attachment, BagFile, LogTopic
 from .definitions import definition
-from .log_folder import LogFolder
+from .errors import RecordingError
+from .log_folder import make_folder
 from .mcap_writer import COMPRESSIONS
 from .message_queue import Entry, MessageQueue
 from .rosbag2 import FileInfo, bag_metadata
@@ -34,14 +34,6 @@ _AT_IT = 0.1  # s for what takes the folder away to come to its end
 # The index waits in memory for its file's end, and readers look through all of it: at this size a
 # new file begins.
 _INDEX_BYTES = 2 * 1024 * 1024
-
-
-class RecordingError(ValueError):
-    """A recording that can't be made or read; one sentence that says what to do."""
-
-
-class FolderExistsError(RecordingError):
-    """The folder of a recording exists already."""
 
 
 class McapLog:
@@ -100,7 +92,7 @@ class McapLog:
         self.bytes = 0  # their payload
         self.split_count = 0  # files begun after the first
         self.error: str | None = None  # why writing stopped before `close`
-        self._folder = _make_folder(self.directory)
+        self._folder = make_folder(self.directory)
         try:
             self._begin_file()
             self._write_metadata()
@@ -398,23 +390,3 @@ class McapLog:
 
 class _Stopped(ValueError):
     """The sentence to show; the file is closed already."""
-
-
-def _make_folder(directory: Path) -> LogFolder:
-    """Makes a new folder; RecordingError when it exists or can't be made."""
-    try:
-        if directory.parent.exists() and not directory.parent.is_dir():
-            raise NotADirectoryError(None, f"{directory.parent} is a file")
-        os.makedirs(directory.parent, exist_ok=True)
-        os.mkdir(directory)
-        return LogFolder(directory)
-    except FileExistsError:
-        raise FolderExistsError(
-            f"recording folder {directory} exists already and is never overwritten: choose another "
-            "name or remove it"
-        ) from None
-    except OSError as error:
-        raise RecordingError(
-            f"recording folder {directory} can't be made ({error.strerror}): choose a folder you "
-            "may write to"
-        ) from None

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from .mcap_log import RecordingError
+from .errors import RecordingError
 
 
 def new_file(path: str | Path) -> Path:

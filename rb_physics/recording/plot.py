@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .compare import UNITS, differences
-from .mcap_log import RecordingError
+from .errors import RecordingError
 from .new_path import new_file, writing
 from .tables import Tables, read_tables
 

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import decoders
+from .errors import RecordingError
 from .log_reader import Recording, damage_told
 from .lost_spans import LostSpan, merged
 from .lost_spans import from_json as lost_from_json
-from .mcap_log import RecordingError
 from .operations import Operation
 from .operations import from_json as operation_from_json
 from .recorder import FORMAT_VERSION

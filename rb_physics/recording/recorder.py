@@ -6,14 +6,13 @@ import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from . import encoders
-from .environment import environment
+from .environment import notes_of_run
 from .geometry import to_json as bodies_to_json
 from .mcap_log import Attachment, McapLog
 from .message_queue import Entry
@@ -116,7 +115,7 @@ class Recorder:
             return
         folder = Path(directory)
         attachments = [Attachment("topics.json", "application/json", _topics_text(self.outputs))]
-        notes = _notes(world, scene, node_name) | (custom_data or {})
+        notes = notes_of_run(world, scene, node_name, FORMAT_VERSION) | (custom_data or {})
         if log_start is not None:
             notes["first_step"] = str(log_start)
             self._time_offset = round(log_start * world.settings.dt * 1e9) - round(world.time * 1e9)
@@ -394,30 +393,3 @@ def _rrd_name(folder: Path) -> str:
 
 def _topics_text(outputs: Outputs) -> bytes:
     return json.dumps([asdict(topic) for topic in outputs.topics]).encode()
-
-
-def _notes(world: Any, scene: Any, node_name: str) -> dict[str, str]:
-    """What is noted in every file and in metadata.yaml."""
-    settings = {k: plain(v) for k, v in asdict(world.settings).items()}
-    return {
-        "format_version": str(FORMAT_VERSION),
-        **environment(),
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
-        "node_name": node_name,
-        "scene": getattr(scene, "name", ""),
-        "dt": repr(float(world.settings.dt)),
-        "settings": json.dumps(settings),
-        "seed": "none: nothing is random",
-        "first_step": str(world.step_count),
-    }
-
-
-def new_run_directory(parent: str | Path) -> Path:
-    """A folder name below `parent` that nothing has yet; it isn't made. Named by date and time."""
-    parent = Path(parent)
-    base = datetime.now().strftime("run_%Y_%m_%d-%H_%M_%S")
-    path, number = parent / base, 1
-    while path.exists():
-        number += 1
-        path = parent / f"{base}_{number}"
-    return path

@@ -10,7 +10,8 @@ from .. import checks
 from ..errors import SceneError
 from ..scene import Scene
 from ..world import World
-from .mcap_log import COMPRESSIONS, RecordingError
+from .errors import RecordingError
+from .mcap_log import COMPRESSIONS
 from .message_queue import POLICIES
 from .topics import TopicTable
 

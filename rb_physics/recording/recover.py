@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from .definitions import UnknownTypeError
+from .errors import RecordingError
 from .log_reader import Recording
 from .lost_spans import LostSpan, LostSpans
 from .lost_spans import from_json as lost_from_json
 from .lost_spans import to_json as lost_to_json
-from .mcap_log import Attachment, RecordingError
+from .mcap_log import Attachment
 from .mcap_reader import read_summary
 from .plain_yaml import load_plain
 from .rosbag2 import FileInfo, bag_metadata, write_atomically

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from .decoders import decode_string
+from .errors import RecordingError
 from .geometry import from_json
 from .log_reader import Recording, damage_told
-from .mcap_log import RecordingError
 from .new_path import new_file
 from .rerun_log import RerunLog, contents_of, require, wrenches_shown
 

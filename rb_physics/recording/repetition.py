@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import DivergedError
-from .mcap_log import RecordingError
+from .errors import RecordingError
 from .operations import CHANGE_BODIES, Operation, Operations
 from .recorded_run import Run
 

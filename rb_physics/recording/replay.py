@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .environment import environment
+from .errors import RecordingError
 from .lost_spans import LostSpan
-from .mcap_log import RecordingError
 from .recorded_run import Run
 from .repetition import Repetition
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import decoders
+from .errors import RecordingError
 from .geometry import BodyDescription, from_json
-from .mcap_log import RecordingError
 from .operations import from_json as operation_from_json
 from .palette import DYNAMIC, ForceArrows, body_colors, typical_radius
 from .rerun_applied import AppliedWrenches

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from . import decoders
+from .errors import RecordingError
 from .log_reader import Recording, damage_told
 from .lost_spans import from_json as lost_from_json
 from .lost_spans import merged
-from .mcap_log import RecordingError
 from .outputs import TOTALS
 from .topics import CONTENT
 

@@ -9,7 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from harness import Client, Sim
+from harness import Client, NodeProcess, Sim, parameters
+
+import rb_physics as rb
+from rb_physics.recording import Recorder
 
 SCENE = """
 dt: 0.001
@@ -84,3 +87,28 @@ def client(domain: int) -> Iterator[Client]:
     client = Client(domain)
     yield client
     client.close()
+
+
+@pytest.fixture
+def recording(scene, tmp_path):
+    """One second of the test scene, made without a node."""
+    loaded = rb.load_scene(scene)
+    world = loaded.build()
+    with Recorder(world, tmp_path / "run", scene=loaded) as recorder:
+        for _ in range(1000):
+            world.step()
+            recorder.after_step()
+    return tmp_path / "run"
+
+
+@pytest.fixture
+def replay(domain):
+    started = []
+
+    def start(**values):
+        started.append(NodeProcess("rb_physics_nodes.replay_node", parameters(**values), domain))
+        return started[-1]
+
+    yield start
+    for process in started:
+        process.close()

@@ -4,38 +4,10 @@ import time
 
 import pytest
 from geometry_msgs.msg import PoseArray
-from harness import NodeProcess, parameters, wait_for
+from harness import wait_for
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
-
-import rb_physics as rb
-from rb_physics.recording import Recorder
-
-
-@pytest.fixture
-def recording(scene, tmp_path):
-    """One second of the test scene, made without a node."""
-    loaded = rb.load_scene(scene)
-    world = loaded.build()
-    with Recorder(world, tmp_path / "run", scene=loaded) as recorder:
-        for _ in range(1000):
-            world.step()
-            recorder.after_step()
-    return tmp_path / "run"
-
-
-@pytest.fixture
-def replay(domain):
-    started = []
-
-    def start(**values):
-        started.append(NodeProcess("rb_physics_nodes.replay_node", parameters(**values), domain))
-        return started[-1]
-
-    yield start
-    for process in started:
-        process.close()
 
 
 @pytest.mark.parametrize(

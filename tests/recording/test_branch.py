@@ -7,6 +7,7 @@ import csv
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from push_and_drop import SCENE
 
 import rb_physics as rb
 from rb_physics.cli import main
@@ -18,14 +19,6 @@ from rb_physics.recording.plot import plot, plot_comparison
 from rb_physics.recording.replay import Run, verify
 from rb_physics.recording.tables import read_tables
 from rb_physics.recording.topics import parse_topics
-
-SCENE = """
-dt: 0.002
-bodies:
-  - {name: ground, type: static, shape: {type: half_space, normal: [0, 0, 1], offset: 0}}
-  - {name: box, shape: {type: box, half_extents: [0.1, 0.1, 0.1]}, mass: 2.0, position: [0, 0, 0.1]}
-  - {name: ball, shape: {type: sphere, radius: 0.05}, mass: 0.5, position: [1, 0, 0.3], restitution: 0.5}
-"""
 
 
 @pytest.fixture(scope="module")

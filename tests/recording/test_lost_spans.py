@@ -6,6 +6,7 @@ import re
 import shutil
 
 import pytest
+from push_and_drop import SCENE
 
 import rb_physics as rb
 from rb_physics.recording import Recorder, RecordingError
@@ -16,13 +17,6 @@ from rb_physics.recording.recover import recover
 from rb_physics.recording.replay import verify
 
 STEPS = 400
-SCENE = """
-dt: 0.002
-bodies:
-  - {name: ground, type: static, shape: {type: half_space, normal: [0, 0, 1], offset: 0}}
-  - {name: box, shape: {type: box, half_extents: [0.1, 0.1, 0.1]}, mass: 2.0, position: [0, 0, 0.1]}
-  - {name: ball, shape: {type: sphere, radius: 0.05}, mass: 0.5, position: [1, 0, 0.3], restitution: 0.5}
-"""
 CRATE = {"name": "crate", "shape": {"type": "box", "half_extents": [0.1, 0.1, 0.1]}, "mass": 1.0,
          "position": [0.5, 0.5, 0.4]}  # fmt: skip
 

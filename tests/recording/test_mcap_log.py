@@ -19,7 +19,8 @@ from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
 
 from rb_physics.recording.encoders import encode_clock, encode_string
-from rb_physics.recording.mcap_log import Attachment, McapLog, RecordingError
+from rb_physics.recording.errors import RecordingError
+from rb_physics.recording.mcap_log import Attachment, McapLog
 from rb_physics.recording.message_queue import Entry, MessageQueue
 from rb_physics.recording.topics import Qos
 

@@ -98,4 +98,27 @@ void reduce_cloud(std::vector<ManifoldPoint>& points, const Vec3& normal, Manifo
   reduce(points, normal, out);
 }
 
+void reduce_by_normal(const std::vector<ManifoldPoint>& points, double angle,
+                      std::vector<Manifold>& out) {
+  std::vector<bool> taken(points.size(), false);
+  std::vector<ManifoldPoint> members;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (taken[i]) continue;
+    members.clear();
+    for (std::size_t j = i; j < points.size(); ++j) {
+      if (taken[j] || (points[j].normal - points[i].normal).squaredNorm() > angle * angle) {
+        continue;
+      }
+      taken[j] = true;
+      members.push_back(points[j]);
+    }
+    out.emplace_back();
+    if (members.size() <= static_cast<std::size_t>(Manifold::capacity)) {
+      for (const ManifoldPoint& p : members) out.back().add(p);
+    } else {
+      reduce_cloud(members, points[i].normal, out.back());
+    }
+  }
+}
+
 }  // namespace rb

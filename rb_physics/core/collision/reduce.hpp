@@ -14,4 +14,8 @@ void reduce(std::vector<ManifoldPoint>& points, const Vec3& normal, Manifold& ou
 // The same for points in no order.
 void reduce_cloud(std::vector<ManifoldPoint>& points, const Vec3& normal, Manifold& out);
 
+// Splits points in no order by their normals (equal within `angle`, rad) and thins each group.
+void reduce_by_normal(const std::vector<ManifoldPoint>& points, double angle,
+                      std::vector<Manifold>& out);
+
 }  // namespace rb

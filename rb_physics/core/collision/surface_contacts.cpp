@@ -10,6 +10,7 @@
 #include "collision/queries.hpp"
 #include "collision/reduce.hpp"
 #include "collision/surface_features.hpp"
+#include "collision/surface_triangle.hpp"
 #include "collision/triangle_prism.hpp"
 #include "math/tolerances.hpp"
 #include "shape/height_field.hpp"
@@ -23,54 +24,6 @@ std::uint32_t surface_feature(FeatureType type, std::int32_t index) {
   const auto i = static_cast<std::uint32_t>(index);
   return with_part(make_feature(type, i & ((1u << feature_index_bits) - 1)),
                    i >> feature_index_bits);
-}
-
-struct Nearest {
-  Vec3 point;
-  PrismFeature feature;
-};
-
-// Point of a triangle nearest to p, by the Voronoi regions of its features (Ericson 2005, 5.1.5).
-Nearest nearest_on(const SurfaceTriangle& t, const Vec3& p) {
-  const Vec3 &a = t.corner[0], &b = t.corner[1], &c = t.corner[2];
-  const Vec3 ab = b - a, ac = c - a, bc = c - b;
-  const double a1 = ab.dot(p - a), a2 = ac.dot(p - a);
-  if (a1 <= 0.0 && a2 <= 0.0) return {a, {PrismFeature::CORNER, 0}};
-  const double b1 = ab.dot(p - b), b2 = ac.dot(p - b);
-  if (b1 >= 0.0 && b2 <= b1) return {b, {PrismFeature::CORNER, 1}};
-  const double c1 = ab.dot(p - c), c2 = ac.dot(p - c);
-  if (c2 >= 0.0 && c1 <= c2) return {c, {PrismFeature::CORNER, 2}};
-  const double vc = a1 * b2 - b1 * a2;
-  if (vc <= 0.0 && a1 >= 0.0 && b1 <= 0.0) {
-    return {a + (a1 / (a1 - b1)) * ab, {PrismFeature::EDGE, 0}};
-  }
-  const double vb = c1 * a2 - a1 * c2;
-  if (vb <= 0.0 && a2 >= 0.0 && c2 <= 0.0) {
-    return {a + (a2 / (a2 - c2)) * ac, {PrismFeature::EDGE, 2}};
-  }
-  const double va = b1 * c2 - c1 * b2;
-  if (va <= 0.0 && b2 - b1 >= 0.0 && c1 - c2 >= 0.0) {
-    return {b + ((b2 - b1) / ((b2 - b1) + (c1 - c2))) * bc, {PrismFeature::EDGE, 1}};
-  }
-  return {p - t.normal.dot(p - a) * t.normal, {PrismFeature::FACE, 0}};
-}
-
-// How far p lies outside the triangle's edge k, seen along the normal, m.
-double outside(const SurfaceTriangle& t, int k, const Vec3& p) {
-  const Vec3 e = t.corner[(k + 1) % 3] - t.corner[k];
-  return e.cross(t.normal).dot(p - t.corner[k]) / e.norm();
-}
-
-// Does p project into the triangle? Beyond a concave edge the surface turns up: a point behind the
-// neighbor as well belongs to both where, brought up to the neighbor's plane, it is over this one.
-bool projects_into(const SurfaceTriangle& t, const Vec3& p, double tolerance) {
-  for (int k = 0; k < 3; ++k) {
-    if (outside(t, k, p) <= tolerance) continue;
-    if (t.edge[k] != EdgeType::CONCAVE) return false;
-    const double above = t.neighbor_normal[k].dot(p - t.corner[k]);
-    if (above >= 0.0 || outside(t, k, p - above * t.neighbor_normal[k]) > tolerance) return false;
-  }
-  return true;
 }
 
 Vec3 center_of(const Shape& shape, const Pose& pose) {
@@ -346,30 +299,6 @@ class Finder {
   Manifold on_plane_;
 };
 
-// Splits points by normal and thins each group.
-void group(const std::vector<ManifoldPoint>& points, std::vector<Manifold>& out) {
-  std::vector<bool> taken(points.size(), false);
-  std::vector<ManifoldPoint> members;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (taken[i]) continue;
-    members.clear();
-    for (std::size_t j = i; j < points.size(); ++j) {
-      if (taken[j] ||
-          (points[j].normal - points[i].normal).squaredNorm() > flat_angle * flat_angle) {
-        continue;
-      }
-      taken[j] = true;
-      members.push_back(points[j]);
-    }
-    out.emplace_back();
-    if (members.size() <= static_cast<std::size_t>(Manifold::capacity)) {
-      for (const ManifoldPoint& p : members) out.back().add(p);
-    } else {
-      reduce_cloud(members, points[i].normal, out.back());
-    }
-  }
-}
-
 template <class Visit>
 decltype(auto) with_data(const Shape& surface, Visit&& visit) {
   if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) return visit(*mesh->data);
@@ -392,7 +321,7 @@ void surface_contacts(const Shape& convex, const Pose& pose_convex, const Shape&
   const Pose relative = pose_surface.inverse() * pose_convex;
   with_data(surface, [&](const auto& data) {
     Finder finder(data, surface, convex, relative, margin);
-    group(finder.contacts(), out);
+    reduce_by_normal(finder.contacts(), flat_angle, out);
   });
   const Mat3 rotation = pose_surface.orientation.toRotationMatrix();
   for (Manifold& manifold : out) {

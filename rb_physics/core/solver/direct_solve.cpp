@@ -1,0 +1,140 @@
+// Islands whose factorisation is affordable: Newton to rounding, from one start or another.
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "solver/contact_operators.hpp"
+#include "solver/contact_solve.hpp"
+#include "solver/interior_point.hpp"
+
+namespace rb {
+
+namespace {
+
+constexpr int kRetries = 2;          // attempts from the same start, after which come others
+constexpr int kStarts = 8;           // other starts, before the first one again with more sweeps
+constexpr int kJamSweeps = 400;      // wide, to begin with in a jam; later four times as many
+constexpr double kTowerWork = 150;   // multiply-adds of a factorisation per contact: more is a jam
+constexpr int kRetrySweeps = 60;     // before another Newton attempt
+constexpr double kGoodStart = 1e-3;  // a warm start below it goes to Newton as it is
+constexpr double kCentral = 1e-5;    // where the interior-point method hands over to Newton
+constexpr int kMostCentral = 30;     // its steps
+
+}  // namespace
+
+void ContactSolve::newton(int attempt, double softness, int most_outer) {
+  ConeNewtonOptions options;
+  options.max_outer = most_outer;
+  options.softness = softness;
+  options.tolerance = std::min(target, goal());
+  if (large()) {
+    options.enough = settings.enough;
+    options.good_start = 1e-3;
+  }
+  if (attempt > 0) {
+    // Softer paths to the same answer, every other one over the associated problem, whose Newton
+    // steps always descend: it crawls where much slides fast, and is sure where slips are small.
+    constexpr double starts[] = {10.0, 0.1, 0.1, 10.0, 1.0, 1.0, 10.0, 0.1, 10.0, 10.0};
+    options.first_softness = starts[(attempt - 1) % std::size(starts)];
+    options.max_inner = 25;
+    if (attempt % 2 == 0 && attempt <= kRetries + kStarts) {
+      options.map = ConeNewtonOptions::Map::kAssociated;
+      options.max_outer = 100;
+      options.max_steps = 300;
+    }
+  }
+  const ConeNewtonReport r = cone_newton(problem, ws.scales, ws.cones, options, ws.space, ws.newton,
+                                         io.impulse, io.moment);
+  report.newton_steps += r.steps;
+  work += r.steps * (ws.space.factor_work() / 100.0 + 4.0 * problem.contacts.size());
+}
+
+bool ContactSolve::jam() const {
+  return large() && io.moment.empty() &&
+         ws.space.factor_work() > kTowerWork * static_cast<double>(problem.contacts.size());
+}
+
+void ContactSolve::interior() {
+  ws.saved_impulse = io.impulse;
+  const double before = report.residual;
+  const InteriorPointReport r =
+      interior_point(problem, ws.scales, ws.cones, std::max(kCentral, settings.enough),
+                     kMostCentral, ws.space, ws.interior_point, io.impulse);
+  report.newton_steps += r.steps;
+  work += r.steps * (ws.space.factor_work() / 100.0 + 4.0 * problem.contacts.size());
+  if (measure().natural_map < before) return;
+  io.impulse = ws.saved_impulse;
+  measure();
+}
+
+void ContactSolve::solve_direct() {
+  if (!(report.residual <= kGoodStart)) {
+    if (jam()) {
+      wide_sweeps(kJamSweeps);
+    } else {
+      sweep(kFirstSweeps);
+    }
+    measure();
+  }
+  const auto reached = [&](int attempt) {  // the first one goes on to rounding
+    return report.residual <= (attempt == 0 ? std::min(target, goal()) : target);
+  };
+  // The interior-point method knows no moments; and between nearly opposite normals, where few
+  // contacts jam, the centre of the answers lies at infinity.
+  if (report.residual <= kTouchUp && !reached(0)) {
+    newton(0, kSoftness, 2);
+    measure();
+  }
+  bool central = !io.moment.empty() || !large();
+  double best = std::numeric_limits<double>::infinity();
+  const int attempts = jam() ? std::min(settings.newton_attempts, 2) : settings.newton_attempts;
+  for (int k = 0; k < attempts && !reached(k) && !out_of_work(); ++k) {
+    // What is left is the rounding of an ill-conditioned island: no use to insist.
+    if (report.residual <= settings.enough && k >= (large() ? 1 : 2)) break;
+    if (k > 0 && jam()) {
+      wide_sweeps(4 * kJamSweeps);
+      measure();
+      if (report.residual <= settings.enough) break;
+    } else if (!central && (k > 0 || (large() && report.residual > kGoodStart))) {
+      interior();
+      central = true;
+      if (report.residual <= target) break;
+    } else if (k > kRetries && k <= kRetries + kStarts && !large()) {
+      start_elsewhere(k - kRetries - 1);
+    } else if (k > 0) {
+      sweep(kRetrySweeps << (k <= kRetries || large() ? k - 1 : k - kStarts - 1));
+    }
+    newton(k, kSoftness, jam() ? 10 : 30);
+    measure();
+    if (report.residual < best) {
+      best = report.residual;
+      ws.best_impulse = io.impulse;
+      ws.best_moment = io.moment;
+    }
+  }
+  if (report.residual > best) {
+    io.impulse = ws.best_impulse;
+    io.moment = ws.best_moment;
+    measure();
+  }
+}
+
+void ContactSolve::start_elsewhere(int number) {
+  constexpr double share[] = {0.0, 1.0, 0.1, 10.0};  // of what stops the contact's approach
+  const bool slides = number % 2 == 0;               // against friction, or free of it
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    const ContactConstraint& c = problem.contacts[i];
+    const Vec3 u = relative_velocity(c, problem.velocity);
+    const double normal = share[number / 2 % 4] * typical / ws.scales.w[i];
+    io.impulse[i] = Vec3(normal, 0.0, 0.0);
+    const double slip = u.tail<2>().norm();
+    if (slides && slip > 0.0) {
+      io.impulse[i].tail<2>() = (-ws.cones[i].slide * normal / slip) * u.tail<2>();
+    }
+    if (!io.moment.empty()) io.moment[i].setZero();
+  }
+  if (number == 0) sweep(kFirstSweeps);
+  measure();
+}
+
+}  // namespace rb

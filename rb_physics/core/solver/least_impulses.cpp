@@ -1,0 +1,96 @@
+// Of all impulses that solve the problem the least, and what rounding spoils of them set right.
+#include <cmath>
+#include <cstdlib>
+
+#include "solver/contact_operators.hpp"
+#include "solver/contact_solve.hpp"
+
+namespace rb {
+
+bool ContactSolve::refine() {
+  if (!settings.minimum_norm || out_of_work()) return false;
+  cone_faces(problem, ws.cones, ws.v, face_threshold(measured), ws.minimum_norm.faces);
+  const bool refined =
+      refine_minimum_norm(problem, ws.cones, kSoftness * ws.scales.least_w, settings.tolerance,
+                          ws.v, ws.space, ws.minimum_norm, io.impulse, io.certificate);
+  if (refined) measure();
+  report.newton_steps += refined;
+  return refined;
+}
+
+bool ContactSolve::touch_up() {
+  if (!(report.residual <= kTouchUp) || !refine()) return false;
+  report.factorizations = ws.space.factorizations();
+  return report.minimum_norm = report.residual <= std::max(kRounding, std::min(target, goal()));
+}
+
+ContactResidual ContactSolve::even_slides(ContactResidual r) {
+  constexpr int most_passes = 3;
+  constexpr double even = 1e-12;  // relative change of an impulse that is left alone
+  // Rounding of u, divided by it, is what the steps put into the uneven part of the load.
+  constexpr double softness = 1e-4;
+  for (int pass = 0; pass < most_passes && problem.contacts.size() > 1; ++pass) {
+    if (!settings.minimum_norm || r.natural_map > 1e-9 || out_of_work()) break;
+    cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
+    ws.saved_impulse = io.impulse;
+    ws.saved_moment = io.moment;
+    const double change =
+        even_sliding_load(problem, ws.cones, kSoftness * ws.scales.least_w, ws.space,
+                          ws.minimum_norm, ws.sliding_load, io.impulse, io.moment);
+    if (!(change > even)) {
+      io.impulse = ws.saved_impulse;
+      io.moment = ws.saved_moment;
+      break;
+    }
+    newton(0, softness);
+    const double before = r.natural_map;
+    r = measure();
+    if (r.natural_map <= std::max(4.0 * before, target)) continue;
+    io.impulse = ws.saved_impulse;
+    io.moment = ws.saved_moment;
+    return measure();
+  }
+  return r;
+}
+
+void ContactSolve::least_impulses(const ContactResidual& r) {
+  ws.certificate = io.certificate;
+  io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
+  if (!settings.minimum_norm || problem.contacts.size() == 1) {
+    report.minimum_norm = problem.contacts.size() == 1;
+    return;
+  }
+  // Faces are told apart by the slips: only where those are right beyond doubt.
+  if (r.natural_map > (large() ? 1e-11 : 1e-9) || out_of_work()) return;
+  cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
+  ws.saved_impulse = io.impulse;
+  ws.saved_moment = io.moment;
+  const int steps = minimum_norm(problem, ws.cones, kSoftness * ws.scales.least_w, ws.space,
+                                 ws.minimum_norm, io.impulse, io.moment, ws.certificate);
+  report.newton_steps += std::abs(steps);
+  if (steps > 0) {
+    io.certificate = ws.certificate;
+    const double before = r.natural_map;
+    if (measure().natural_map <= std::max(4.0 * before, target)) {
+      report.minimum_norm = true;
+      polish();
+      return;
+    }
+  }
+  io.impulse = ws.saved_impulse;
+  io.moment = ws.saved_moment;
+  io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
+  measure();
+}
+
+void ContactSolve::polish() {
+  ws.saved_impulse = io.impulse;
+  ws.certificate = io.certificate;
+  const double before = report.residual;
+  if (!refine() || report.residual <= std::max(4.0 * before, kRounding)) return;
+  io.impulse = ws.saved_impulse;
+  io.certificate = ws.certificate;
+  measure();
+}
+
+}  // namespace rb
