@@ -74,8 +74,6 @@ def test_a_disk_that_is_full_already_is_refused(small_disk):
 def test_a_disk_that_turns_read_only_leaves_what_can_be_recovered(small_disk, tmp_path):
     mount, remount = small_disk
     # The open file must be let go of by the kernel: a lazy remount makes further writes fail.
-    import rb_physics.recording.mcap_log as mcap_log
-
     real, broken = os.write, []
 
     def write(descriptor, data):
@@ -83,11 +81,11 @@ def test_a_disk_that_turns_read_only_leaves_what_can_be_recovered(small_disk, tm
             raise OSError(30, "Read-only file system")
         return real(descriptor, data)
 
-    mcap_log.os.write = write
+    os.write = write
     try:
         recorder, _ = run(mount / "run", 300, lambda: broken.append(True))
     finally:
-        mcap_log.os.write = real
+        os.write = real
     assert "Read-only file system" in recorder.error
     assert "rb_physics recover" in recorder.error
     remount("ro")

@@ -238,17 +238,17 @@ def test_sigkill_loses_at_most_100_ms(tmp_path):
 
 SLOW = textwrap.dedent(
     """
-    import random, sys, time
+    import os, random, sys, time
     from rb_physics.recording import mcap_log
     from rb_physics.recording.encoders import encode_string
     from rb_physics.recording.message_queue import Entry
     from rb_physics.recording.topics import Qos
 
-    write = mcap_log.os.write
+    write = os.write
     def slow(descriptor, data):
         time.sleep(len(data) / 2e6)  # a disk of 2 MB/s
         return write(descriptor, data)
-    mcap_log.os.write = slow
+    os.write = slow
 
     log = mcap_log.McapLog(sys.argv[1], policy="drop_oldest", chunk_bytes=32_000, compression="none")
     output = log.add_topic("/output", "std_msgs/msg/String", Qos())

@@ -114,7 +114,7 @@ class Finder {
     const double height = t.normal.dot(center_ - t.corner[0]);
     // A centre farther behind than the radius came from the other side of a thin wall.
     if (height - radius > margin_ || height < -std::max(radius, 1e-6 * data_.size)) return;
-    const Nearest nearest = nearest_on(t, center_);
+    const NearestOnTriangle nearest = nearest_on(t, center_);
     ManifoldPoint p;
     p.feature_a = make_feature(particle ? FeatureType::VERTEX : FeatureType::SMOOTH, 0);
     p.kind = ContactKind::SMOOTH;
@@ -200,7 +200,7 @@ class Finder {
                  (near.upper.array() >= all.upper.array()).all();
       data_.for_each_triangle(near, [&](std::int32_t i) {
         const SurfaceTriangle t = data_.triangle(i);
-        const Nearest found = nearest_on(t, center_);
+        const NearestOnTriangle found = nearest_on(t, center_);
         const double sq = (found.point - center_).squaredNorm();
         if (sq > nearest_sq || (sq == nearest_sq && i > through)) return;
         nearest_sq = sq;

@@ -1,15 +1,11 @@
 #include "collision/surface_triangle.hpp"
 
 namespace rb {
-namespace {
 
-// How far p lies outside the triangle's edge k, seen along the normal, m.
 double outside(const SurfaceTriangle& t, int k, const Vec3& p) {
   const Vec3 e = t.corner[(k + 1) % 3] - t.corner[k];
   return e.cross(t.normal).dot(p - t.corner[k]) / e.norm();
 }
-
-}  // namespace
 
 NearestOnTriangle nearest_on(const SurfaceTriangle& t, const Vec3& p) {
   const Vec3 &a = t.corner[0], &b = t.corner[1], &c = t.corner[2];
