@@ -32,7 +32,10 @@ class Settings:
         tolerance: relative residual asked of the contact solver.
         max_work: bound on one contact solve, in visits of one contact (about 0.1 µs); 0: none.
             When it bites, ``world.stats.capped`` and ``residual`` say so.
-        max_events: contact times and stick events an island may have in one step.
+        max_events: contact times and stick events an island may have in one step (eight times as many
+            where something moves fast enough to pass through what it meets). After that the rest of
+            the step is one solve; what is that fast waits at its next contact instead.
+            ``world.stats.capped`` and ``waits`` say so.
         max_event_contacts: islands with more contact points take the step in one solve.
         free_motion: "exact", or "rk4" as in the notes (S6).
         friction_combine: "geometric_mean", "mean", "min", "max" or "product".

@@ -1,6 +1,7 @@
 #include "shape/shape.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 #include "shape/height_field.hpp"
@@ -18,6 +19,8 @@ const char* shape_name(const Shape& shape) {
 }
 
 namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct CharacteristicSize {
   double operator()(const Particle&) const { return 1.0; }
@@ -38,7 +41,38 @@ struct CharacteristicSize {
   }
 };
 
+struct LeastWidth {
+  double operator()(const Particle&) const { return 0.0; }
+  double operator()(const Sphere& s) const { return 2.0 * s.radius; }
+  double operator()(const Box& s) const { return 2.0 * s.half_extents.minCoeff(); }
+  double operator()(const Capsule& s) const { return 2.0 * s.radius; }
+  double operator()(const Cylinder& s) const { return 2.0 * std::min(s.radius, s.half_length); }
+  double operator()(const HalfSpace&) const { return infinity; }
+  double operator()(const ConvexHull& s) const {
+    double least = infinity;
+    for (const HullFace& face : s.data->faces) {
+      double width = 0.0;
+      for (const Vec3& vertex : s.data->vertices) {
+        width = std::max(width, face.offset - face.normal.dot(vertex));
+      }
+      least = std::min(least, width);
+    }
+    return least;
+  }
+  double operator()(const TriangleMesh&) const { return 0.0; }
+  double operator()(const HeightField&) const { return infinity; }
+  double operator()(const Compound& s) const {
+    double least = infinity;
+    for (const CompoundPart& part : s.data->parts) {
+      least = std::min(least, least_width(part.shape));
+    }
+    return least;
+  }
+};
+
 }  // namespace
+
+double least_width(const Shape& shape) { return std::visit(LeastWidth{}, shape); }
 
 double characteristic_size(const Shape& shape) { return std::visit(CharacteristicSize{}, shape); }
 

@@ -75,4 +75,8 @@ double bounding_radius(const Shape& shape, const Vec3& center);
 // Characteristic length, m: the scale tolerances are relative to. 1 for unbounded shapes.
 double characteristic_size(const Shape& shape);
 
+// Least distance of two parallel planes that hold the solid, m; of a hull: of two along a face. 0
+// for what is no solid (particle, mesh), infinite for what has no other side.
+double least_width(const Shape& shape);
+
 }  // namespace rb

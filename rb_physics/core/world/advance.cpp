@@ -24,9 +24,10 @@ IslandAdvance::IslandAdvance(World& world, std::span<const std::int32_t> rows,
   partners_.clear();
   partner_start_.clear();
   shift_.clear();
+  total_.clear();
   for (std::size_t k = 0; k < rows.size(); ++k)
     world.work.index_of[rows[k]] = static_cast<std::int32_t>(k);
-  total_.resize(rows.size());
+  for (const std::int32_t row : rows) total_.push_back(world.applied[row]);
 }
 
 void IslandAdvance::run(double h) {
@@ -34,7 +35,8 @@ void IslandAdvance::run(double h) {
   const bool event_stepper = settings.stepper == Stepper::EVENT;
   if (!event_stepper && is_large_island(contacts.size())) return run_in_one_solve(h);
   // Contact times are worth their price while the island is small; a heap closes its gaps within
-  // one solve, but for those that open again. The event stepper always takes them.
+  // one solve, but for those that open again and those that something fast turns away from. The
+  // event stepper always takes them.
   const bool always =
       event_stepper || contacts.size() <= static_cast<std::size_t>(settings.max_event_contacts);
   // An event costs a solve: the more contacts, the fewer events.
@@ -43,25 +45,31 @@ void IslandAdvance::run(double h) {
   const int most_events =
       event_stepper ? std::max(settings.max_events, 1000)
                     : std::clamp(share, std::min(2, settings.max_events), settings.max_events);
+  // What moves fast enough to get through a wall has more.
+  const int most_fast_events = event_stepper ? most_events : 8 * most_events;
   int events = 0;
   int pieces = 0;  // of what turns: each may part a contact that is struck again at once
   double left = h;
   find_partners();
+  bool capped = false;
   while (true) {
     strike();
-    const bool by_events = always || rebound_ahead(left);
-    const bool last = !by_events || events >= most_events + pieces;
-    if (by_events && last) ++stats.capped;
+    mark();
+    const bool fast = may_pass(left);
+    const bool by_events = always || fast || rebound_ahead(left);
+    const bool spent = by_events && events >= (fast ? most_fast_events : most_events) + pieces;
+    capped |= spent;
+    const bool guarded = spent && fast;  // then it waits where it meets something
+    const bool last = !by_events || (spent && !fast);
     double tau = last ? left : piece_of(left);
     if (last) {
       carry_to_end(tau);
     } else {
       carry(tau, false);
     }
-    mark();
     bool event = false;
     if (!last) {
-      const double stick = next_stick_time(tau);
+      const double stick = guarded ? tau : next_stick_time(tau);
       if (stick < tau) carry(stick, false);
       const double reached = std::fmin(stick, tau);
       const double contact = next_contact_time(reached);
@@ -77,6 +85,10 @@ void IslandAdvance::run(double h) {
     elapsed_ += tau;
     if (last || !(left > 1e-14 * h)) break;
     move_partners(elapsed_);
+    if (guarded && event) {
+      wait(left);
+      break;
+    }
     if (event) {
       ++events;
       ++stats.events;
@@ -86,6 +98,30 @@ void IslandAdvance::run(double h) {
     find_again();
   }
   move_partners(0.0);
+  if (capped) ++stats.capped;
+}
+
+// Whether something moves so fast that it could be beyond the middle of what it meets within t.
+bool IslandAdvance::may_pass(double t) const {
+  constexpr double surely_not = 0.25;  // of both widths; it takes half of them
+  return std::any_of(pairs.begin(), pairs.end(), [&](const ColliderPair& pair) {
+    return closing_bound(pair, t) >
+           surely_not * (world_.colliders[pair.a].width + world_.colliders[pair.b].width);
+  });
+}
+
+// Gives the rest of the step's time up at a contact, t seconds before its end. A kinematic body
+// that is met goes on, and takes the island along.
+void IslandAdvance::wait(double t) {
+  ++stats.waits;
+  const Body& partner = world_.bodies[world_.colliders[met_.b].body];
+  if (partner.type != BodyType::KINEMATIC) return;
+  const Pose way = kinematic_pose(partner, t) * partner.pose().inverse();
+  for (const std::int32_t row : rows_) {
+    Body& body = world_.bodies[row];
+    body.set_pose(way * body.pose());
+    body.state.L = way.rotate(body.state.L);  // it keeps its energy
+  }
 }
 
 void IslandAdvance::find_partners() {

@@ -74,7 +74,10 @@ class IslandAdvance {
   void move_body(std::size_t k, double tau);
   void mark();
   // Earliest time in (0, tau) at which a contact that does not touch yet closes, else tau.
-  double next_contact_time(double tau);
+  double next_contact_time(double tau);  // fills `met_`
+  double contact_time_of_pair(const ColliderPair& pair, double tau);
+  bool may_pass(double t) const;
+  void wait(double t);
   // Earliest time in (0, tau) at which a sliding contact comes to stick, else tau.
   double next_stick_time(double tau);
   void find_again();
@@ -112,6 +115,7 @@ class IslandAdvance {
   Vec3 reference_ = Vec3::Zero();  // m/s: problems are set up in the frame that moves along
   double residual_ = 0.0;          // of the last carry: only the one that moves the bodies counts
   double elapsed_ = 0.0;           // s since the step began
+  ColliderPair met_;               // what the last contact time is of
 };
 
 }  // namespace rb

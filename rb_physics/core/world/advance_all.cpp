@@ -52,6 +52,7 @@ void add_stats(Stats& sum, const Stats& more) {
   sum.events += more.events;
   sum.impacts += more.impacts;
   sum.capped += more.capped;
+  sum.waits += more.waits;
   sum.queries_capped += more.queries_capped;
   sum.islands += more.islands;
 }

@@ -14,6 +14,7 @@ void add_collider(World& world, const Shape& shape, const Pose& local, std::int3
   c.body = row;
   c.part = part;
   c.size = characteristic_size(shape);
+  c.width = least_width(shape);
   const Body& body = world.bodies[row];
   c.reach = bounding_radius(shape, local.apply_inverse(body.center_of_mass));
   if (std::isfinite(c.reach)) world.reach[row] = std::fmax(world.reach[row], c.reach);

@@ -141,76 +141,78 @@ std::optional<double> IslandAdvance::impact_of_pair(const ColliderPair& pair, do
                         t_max);
 }
 
+// Earliest time in (0, tau) at which the pair meets anew, else tau.
+double IslandAdvance::contact_time_of_pair(const ColliderPair& pair, double tau) {
+  const double size = std::fmin(world_.colliders[pair.a].size, world_.colliders[pair.b].size);
+  const double touch = touch_distance(size);
+  if (!touches(pair)) {
+    const bool covered_now = is_covered(pair);
+    if (covered_now && stays_on_plane(pair, tau)) return tau;
+    // Apart: conservative advancement on the true motion, which no thin wall escapes.
+    const auto t = impact_of_pair(pair, tau);
+    // Side by side with a covered piece is no meeting.
+    return t && *t < tau && !(covered_now && *t == 0.0) ? *t : tau;
+  }
+  const double bound = closing_bound(pair, tau);
+  if (bound < touch) return tau;  // at rest
+  // Touching already: another feature of the pair may come down. A body that travels far or spins
+  // fast may part, strike again and be through a thin wall before the end of the interval.
+  if (bound > 0.25 * size) {
+    const auto strike = impact_of_pair(pair, tau);
+    if (strike && *strike < tau) {
+      if (*strike > 0.0) return *strike;
+      // Closing at once: a point that slides along a curve, or a feature just beyond the touch
+      // distance. The others are followed by steps within which nothing can close them.
+      constexpr int most_looks = 32;
+      double gap = approach_of_pair(pair, 0.0);
+      if (gap > 0.0 && std::isfinite(gap)) {
+        double t = 0.0;
+        for (int look = 0; look < most_looks && t < tau && gap > touch; ++look) {
+          t += tau * std::fmax(gap, touch) / bound;
+          if (t < tau) gap = approach_of_pair(pair, t);
+        }
+        return std::fmin(tau, t);
+      }
+    }
+  }
+  double high = tau;
+  double g_high = approach_of_pair(pair, high);
+  if (!(g_high < -touch)) return tau;
+  // Regula falsi with the Illinois rule, bisection where the set of points jumps.
+  double low = 0.0;
+  double g_low = approach_of_pair(pair, low);
+  const double goal = 1e-4 * touch;
+  int side = 0;
+  for (int n = 0; n < 200 && high - low > 4e-16 * tau && std::fabs(g_high) > goal; ++n) {
+    double t = 0.5 * (low + high);
+    if (n < 100 && std::isfinite(g_low) && g_low > 0.0) {
+      const double s = low + (high - low) * g_low / (g_low - g_high);
+      if (s > low && s < high) t = s;
+    }
+    const double g = approach_of_pair(pair, t);
+    if (g > goal) {
+      low = t;
+      g_low = g;
+      if (side == 1) g_high *= 0.5;
+      side = 1;
+    } else {
+      high = t;
+      g_high = g;
+      if (side == -1 && std::isfinite(g_low)) g_low *= 0.5;
+      side = -1;
+      if (std::fabs(g) <= goal) break;
+    }
+  }
+  return high;
+}
+
 double IslandAdvance::next_contact_time(double tau) {
   double earliest = tau;
   for (const ColliderPair& pair : pairs) {
-    const double size = std::fmin(world_.colliders[pair.a].size, world_.colliders[pair.b].size);
-    const double touch = touch_distance(size);
-    if (!touches(pair)) {
-      const bool covered_now = is_covered(pair);
-      if (covered_now && stays_on_plane(pair, earliest)) continue;
-      // Apart: conservative advancement on the true motion, which no thin wall escapes.
-      const auto t = impact_of_pair(pair, earliest);
-      // Side by side with a covered piece is no meeting.
-      if (t && *t < earliest && !(covered_now && *t == 0.0)) earliest = *t;
-      continue;
-    }
-    if (closing_bound(pair, earliest) < touch) continue;  // at rest
-    // Touching already: another feature of the pair may come down. A body that travels far or spins
-    // fast may part, strike again and be through a thin wall before the end of the interval.
-    const double bound = closing_bound(pair, earliest);
-    if (bound > 0.25 * size) {
-      const auto strike = impact_of_pair(pair, earliest);
-      if (strike && *strike < earliest) {
-        if (*strike > 0.0) {
-          earliest = *strike;
-          continue;
-        }
-        // Closing at once: a point that slides along a curve, or a feature just beyond the touch
-        // distance. The others are followed by steps within which nothing can close them.
-        constexpr int most_looks = 32;
-        double gap = approach_of_pair(pair, 0.0);
-        if (gap > 0.0 && std::isfinite(gap)) {
-          const double whole = earliest;
-          double t = 0.0;
-          for (int look = 0; look < most_looks && t < whole && gap > touch; ++look) {
-            t += whole * std::fmax(gap, touch) / bound;
-            if (t < whole) gap = approach_of_pair(pair, t);
-          }
-          earliest = std::fmin(whole, t);
-          continue;
-        }
-      }
-    }
-    double high = earliest;
-    double g_high = approach_of_pair(pair, high);
-    if (!(g_high < -touch)) continue;
-    // Regula falsi with the Illinois rule, bisection where the set of points jumps.
-    double low = 0.0;
-    double g_low = approach_of_pair(pair, low);
-    const double goal = 1e-4 * touch;
-    int side = 0;
-    for (int n = 0; n < 200 && high - low > 4e-16 * earliest && std::fabs(g_high) > goal; ++n) {
-      double t = 0.5 * (low + high);
-      if (n < 100 && std::isfinite(g_low) && g_low > 0.0) {
-        const double s = low + (high - low) * g_low / (g_low - g_high);
-        if (s > low && s < high) t = s;
-      }
-      const double g = approach_of_pair(pair, t);
-      if (g > goal) {
-        low = t;
-        g_low = g;
-        if (side == 1) g_high *= 0.5;
-        side = 1;
-      } else {
-        high = t;
-        g_high = g;
-        if (side == -1 && std::isfinite(g_low)) g_low *= 0.5;
-        side = -1;
-        if (std::fabs(g) <= goal) break;
-      }
-    }
-    earliest = high;
+    const double t = contact_time_of_pair(pair, earliest);
+    if (!(t < earliest)) continue;
+    earliest = t;
+    met_ = pair;
   }
   return earliest;
 }

@@ -15,6 +15,7 @@ struct Stats {
   int impacts = 0;         // impact-law solves
   int corrections = 0;     // position corrections (they change no velocity)
   int capped = 0;          // islands that met max_work or max_events: their answer is as reported
+  int waits = 0;           // of these, islands that wait out the step's rest at a contact
   int queries_capped = 0;  // geometric queries whose iterations ran out: they answer less exactly
   int retries = 0;         // times the step was taken back for a meeting nobody looked for
   int asleep = 0;          // dynamic bodies that sleep

@@ -29,6 +29,7 @@ struct Collider {
   std::int32_t body = -1;  // row
   std::int32_t part = 0;   // index within the body
   double size = 1.0;       // m, characteristic length
+  double width = 0.0;      // m, least_width
   double reach = 0.0;      // m, farthest point from the body's centre of mass
 };
 
