@@ -77,9 +77,10 @@ void define_plain_data(py::module_& m) {
       .def_readonly("corrections", &Stats::corrections,
                     "Position corrections; they change no velocity.")
       .def_readonly("capped", &Stats::capped, "Islands that met max_work or max_events.")
-      .def_readonly("waits", &Stats::waits,
-                    "Of these, islands whose fast bodies wait out the rest of the step at a contact "
-                    "rather than pass through.")
+      .def_readonly(
+          "waits", &Stats::waits,
+          "Of these, islands whose fast bodies wait out the rest of the step at a contact "
+          "rather than pass through.")
       .def_readonly("queries_capped", &Stats::queries_capped,
                     "Geometric queries whose iterations ran out: they answer less exactly.")
       .def_readonly("retries", &Stats::retries,

@@ -2,7 +2,7 @@
 //
 // Candidates are found from the velocities at the start of a step. A body that is struck within the
 // step may reach one it was no candidate for; the end of the step then shows an overlap of a pair
-// that took no part. The step is undone and repeated, with the reach of every body widened by what
+// that took no part, or something thin lies beside the body's way. The step is undone and repeated, with the reach of every body widened by what
 // it gained.
 #pragma once
 
@@ -13,7 +13,8 @@ namespace rb {
 // Notes what must come back if the step is undone.
 void remember(World& world);
 
-// True when contacts of a pair that took no part overlap at the end of the step.
+// True when contacts of a pair that took no part overlap at the end of the step, or a body that was
+// turned aside may have passed something thin.
 bool missed_a_meeting(World& world);
 
 // Back to the start of the step; contacts are found again with the wider reach.
