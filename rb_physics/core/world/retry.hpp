@@ -2,8 +2,8 @@
 //
 // Candidates are found from the velocities at the start of a step. A body that is struck within the
 // step may reach one it was no candidate for; the end of the step then shows an overlap of a pair
-// that took no part, or something thin lies beside the body's way. The step is undone and repeated, with the reach of every body widened by what
-// it gained.
+// that took no part, or something thin lies beside the body's way. The step is undone and repeated,
+// with the reach of every body widened by what it gained.
 #pragma once
 
 #include "world/world.hpp"
