@@ -126,10 +126,11 @@ void compare_by_content(py::class_<T>& type) {
 
 void define_surfaces(py::module_& m) {
   py::class_<TriangleMesh> mesh(m, "TriangleMesh",
-                                "Static surface of triangles, counterclockwise seen from outside, "
-                                "one-sided: `vertices` (n, 3) m, "
-                                "`triangles` (m, 3) indices. Open meshes are surfaces without "
-                                "mass; equal vertices are merged.");
+                                "Static surface of triangles, counterclockwise seen from outside: "
+                                "`vertices` (n, 3) m, `triangles` (m, 3) indices; equal vertices "
+                                "are merged. A closed mesh is solid. An open one is a sheet "
+                                "without mass that stops bodies on either side (particles on the "
+                                "outside only): which, their centre says.");
   mesh.def(py::init(&make_mesh_of), py::arg("vertices"), py::arg("triangles"))
       .def_property_readonly("vertices", &vertices_of, "(n, 3), m; merged.")
       .def_property_readonly("triangles", &triangles_of, "(m, 3), indices of `vertices`.")

@@ -26,11 +26,6 @@ std::uint32_t surface_feature(FeatureType type, std::int32_t index) {
                    i >> feature_index_bits);
 }
 
-Vec3 center_of(const Shape& shape, const Pose& pose) {
-  const auto* hull = std::get_if<ConvexHull>(&shape);
-  return hull ? pose.apply(hull->data->center) : pose.position;
-}
-
 // Is the point (surface coordinates) inside of a closed mesh or below a height field? Then the
 // first triangle straight above is seen from behind.
 bool is_inside(const Shape& surface, const Vec3& point) {
@@ -38,6 +33,22 @@ bool is_inside(const Shape& surface, const Vec3& point) {
   if (mesh != nullptr && !mesh->data->closed) return false;
   const std::optional<RayHit> hit = ray_cast(surface, Pose{}, point, Vec3::UnitZ());
   return hit && hit->normal.z() > 0.0;
+}
+
+// Is the point behind the surface that the triangles are part of? The nearest tells; of several as
+// near (over an edge or corner) the one that sees it most steeply.
+bool is_behind(const std::vector<SurfaceTriangle>& triangles, const Vec3& point) {
+  double nearest_sq = std::numeric_limits<double>::infinity();
+  double height = 0.0;
+  for (const SurfaceTriangle& t : triangles) {
+    const Vec3 gap = point - nearest_on(t, point).point;
+    const double sq = gap.squaredNorm(), above = t.normal.dot(gap);
+    const double rounding = 1e-9 * nearest_sq;
+    if (sq > nearest_sq + rounding) continue;
+    if (sq < nearest_sq - rounding || std::abs(above) > std::abs(height)) height = above;
+    nearest_sq = std::min(nearest_sq, sq);
+  }
+  return height < 0.0;
 }
 
 Aabb surface_bounds(const MeshData& mesh) { return mesh.bvh.bounds(); }
@@ -65,6 +76,11 @@ class Finder {
     std::sort(
         triangles_.begin(), triangles_.end(),
         [](const SurfaceTriangle& a, const SurfaceTriangle& b) { return a.face_id < b.face_id; });
+    // A particle on the sheet is on no side of it: it keeps to the front.
+    if (is_sheet(data) && !std::holds_alternative<Particle>(shape) &&
+        is_behind(triangles_, center_)) {
+      for (SurfaceTriangle& t : triangles_) t = turned_over(t);
+    }
   }
 
   // Contacts in the surface's frame.
@@ -341,6 +357,7 @@ SurfaceDistance surface_distance(const Shape& convex, const Pose& pose_convex, c
   const Pose relative = pose_surface.inverse() * pose_convex;
   const Placement at{relative.orientation.toRotationMatrix(), relative.position};
   const Aabb box = bounding_box(convex, relative);
+  const Vec3 center = center_of(convex, relative);
   SurfaceDistance best{infinity, {}};
   static thread_local TrianglePrism prism;
   with_data(surface, [&](const auto& data) {
@@ -355,7 +372,8 @@ SurfaceDistance surface_distance(const Shape& convex, const Pose& pose_convex, c
                  (near.upper.array() >= all.upper.array()).all();
       best.distance = infinity;
       data.for_each_triangle(near, [&](std::int32_t index) {
-        const SurfaceTriangle t = data.triangle(index);
+        SurfaceTriangle t = data.triangle(index);
+        if (is_sheet(data) && t.normal.dot(center - t.corner[0]) < 0.0) t = turned_over(t);
         Manifold manifold;
         leaf_contacts(convex, at, prism.place(t, thin(t)), Placement{}, best.distance, manifold);
         for (int i = 0; i < manifold.size(); ++i) {
@@ -366,7 +384,7 @@ SurfaceDistance surface_distance(const Shape& convex, const Pose& pose_convex, c
       });
     }
   });
-  if (best.distance > 0.0 && is_inside(surface, center_of(convex, relative))) best.distance = 0.0;
+  if (best.distance > 0.0 && is_inside(surface, center)) best.distance = 0.0;
   const Mat3 rotation = pose_surface.orientation.toRotationMatrix();
   best.nearest.point_a = rotation * best.nearest.point_a + pose_surface.position;
   best.nearest.point_b = rotation * best.nearest.point_b + pose_surface.position;

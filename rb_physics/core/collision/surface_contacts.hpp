@@ -7,9 +7,11 @@
 // vertex of the surface touches only where the surface is convex (or ends) and only with a normal
 // between those of its faces: the feature's Voronoi region. Flat and concave edges never touch.
 //
-// The surface is one-sided: solid behind. A shape whose centre is behind a triangle
-// doesn't touch it (a ball: by more than its radius). One whose centre is inside of a closed mesh
-// or below a height field, and that touches nothing else, is pushed out at the nearest point.
+// A closed mesh or a height field is solid behind. A shape whose centre is behind a triangle
+// doesn't touch it (a ball: by more than its radius). One whose centre is inside, and that touches
+// nothing else, is pushed out at the nearest point. An open mesh is a sheet: a shape touches it on
+// the side on which its centre is; a particle, which has no side while it lies on it, on the front
+// only.
 #pragma once
 
 #include <vector>

@@ -4,6 +4,9 @@
 #include <cmath>
 
 #include "collision/triangle_prism.hpp"
+#include "shape/height_field.hpp"
+#include "shape/hull.hpp"
+#include "shape/mesh.hpp"
 #include "shape/triangle.hpp"
 
 namespace rb {
@@ -37,6 +40,16 @@ bool admits(const Data& data, const SurfaceTriangle& t, const PrismFeature& f, c
       break;
   }
   return false;
+}
+
+// An open mesh has two sides; a closed one and a height field are solid behind.
+inline bool is_sheet(const MeshData& mesh) { return !mesh.closed; }
+inline bool is_sheet(const HeightData&) { return false; }
+
+// A point well inside of the shape.
+inline Vec3 center_of(const Shape& shape, const Pose& pose) {
+  const auto* hull = std::get_if<ConvexHull>(&shape);
+  return hull != nullptr ? pose.apply(hull->data->center) : pose.position;
 }
 
 // m, thickness that stands for none: a prism has to have a volume.

@@ -155,13 +155,15 @@ class SurfaceSearch {
     std::vector<Open> open;
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       Candidate& c = candidates[i];
-      const Shape& solid = prism_.place(c.triangle, thin(c.triangle));
-      c.pair = std::make_unique<MovingPair>(convex_, motion_, solid, ground_, to);
-      c.search = std::make_unique<CertifiedSearch>(*c.pair, from, most_queries_);
+      search_from(c, from, to);
       const double clear = c.pair->apart_until(from);
       if (clear < to) open.push_back({clear, i});
     }
     std::make_heap(open.begin(), open.end());
+    const auto reopen = [&](std::size_t index, double time) {
+      open.push_back({time, index});
+      std::push_heap(open.begin(), open.end());
+    };
     while (!open.empty()) {
       std::pop_heap(open.begin(), open.end());
       const std::size_t index = open.back().index;
@@ -170,13 +172,19 @@ class SurfaceSearch {
       Candidate& c = candidates[index];
       if (c.search->is_over()) {  // and nobody else's may come before
         const double time = *c.search->result().time;
+        if (c.search->result().converged && is_behind(c, time)) {
+          c.triangle = turned_over(c.triangle);
+          ++c.false_impacts;
+          search_from(c, time, to);
+          reopen(index, time);
+          continue;
+        }
         if (c.search->result().converged && is_false(c, time)) {
           const double later = time + std::max(1e-3 * (to - time), 1e-12 * t_max_);
           ++c.false_impacts;
           if (!(later < to)) continue;
           c.search = std::make_unique<CertifiedSearch>(*c.pair, later, most_queries_);
-          open.push_back({later, index});
-          std::push_heap(open.begin(), open.end());
+          reopen(index, later);
           continue;
         }
         result_.time = time;
@@ -189,13 +197,27 @@ class SurfaceSearch {
       c.search->run(next);
       result_.iterations += c.search->result().iterations - before;
       if (c.search->is_over() && !c.search->result().time) continue;
-      open.push_back({c.search->is_over() ? *c.search->result().time : c.search->reached(), index});
-      std::push_heap(open.begin(), open.end());
+      reopen(index, c.search->is_over() ? *c.search->result().time : c.search->reached());
       if (result_.iterations >= std::max(most_queries_, least_queries)) {
         give_up_at(open.front().reached);
         return;
       }
     }
+  }
+
+  void search_from(Candidate& c, double from, double to) {
+    const Shape& solid = prism_.place(c.triangle, thin(c.triangle));
+    c.pair = std::make_unique<MovingPair>(convex_, motion_, solid, ground_, to);
+    c.search = std::make_unique<CertifiedSearch>(*c.pair, from, most_queries_);
+  }
+
+  // Does the shape come to a sheet from the side on which the triangle's prism is? A particle keeps
+  // to the front.
+  bool is_behind(const Candidate& c, double time) const {
+    if (!is_sheet(data_) || std::holds_alternative<Particle>(convex_)) return false;
+    if (c.false_impacts >= max_false_impacts) return false;
+    const Vec3 center = center_of(convex_, ground_.at(time).inverse() * motion_.at(time));
+    return c.triangle.normal.dot(center - c.triangle.corner[0]) < 0.0;
   }
 
   void give_up_at(double time) {

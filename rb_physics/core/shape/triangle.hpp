@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "math/types.hpp"
@@ -34,6 +35,22 @@ inline EdgeType edge_type(const Vec3& n, const Vec3& m, const Vec3& p, const Vec
     return n.dot(m) > 0.0 ? EdgeType::FLAT : EdgeType::CONVEX;  // folded back: a knife's edge
   }
   return n.dot(beyond - p) < 0.0 ? EdgeType::CONVEX : EdgeType::CONCAVE;
+}
+
+// The triangle as it is from behind: what was a ridge is a valley.
+inline SurfaceTriangle turned_over(const SurfaceTriangle& t) {
+  SurfaceTriangle back = t;
+  back.normal = -t.normal;
+  std::swap(back.corner[1], back.corner[2]);
+  std::swap(back.corner_id[1], back.corner_id[2]);
+  for (int k = 0; k < 3; ++k) {
+    const int from = 2 - k;  // edges 0 1 2 become 2 1 0
+    const bool ridge = t.edge[from] == EdgeType::CONVEX, valley = t.edge[from] == EdgeType::CONCAVE;
+    back.edge[k] = ridge ? EdgeType::CONCAVE : valley ? EdgeType::CONVEX : t.edge[from];
+    back.edge_id[k] = t.edge_id[from];
+    back.neighbor_normal[k] = -t.neighbor_normal[from];
+  }
+  return back;
 }
 
 // Joins triangles across flat edges: neighbor(t, k) is the triangle beyond edge k or -1, is_flat(t,

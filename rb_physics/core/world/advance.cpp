@@ -5,6 +5,7 @@
 
 #include "body/free_motion.hpp"
 #include "body/rk4.hpp"
+#include "collision/iteration_caps.hpp"
 #include "contact/builder.hpp"
 #include "solver/contact_operators.hpp"
 #include "world/contact_rates.hpp"
@@ -52,12 +53,15 @@ void IslandAdvance::run(double h) {
   double left = h;
   find_partners();
   bool capped = false;
+  const std::int64_t caps_before = iteration_caps();
   while (true) {
     strike();
     mark();
     const bool fast = may_pass(left);
     const bool by_events = always || fast || rebound_ahead(left);
-    const bool spent = by_events && events >= (fast ? most_fast_events : most_events) + pieces;
+    // A search that met its cap took as long as many.
+    const auto work = events + 4 * (iteration_caps() - caps_before);
+    const bool spent = by_events && work >= (fast ? most_fast_events : most_events) + pieces;
     capped |= spent;
     const bool guarded = spent && fast;  // then it waits where it meets something
     const bool last = !by_events || (spent && !fast);
