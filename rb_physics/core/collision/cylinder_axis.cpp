@@ -198,10 +198,16 @@ void CylinderAxisSearch::climb_rim(const AxisEdge& edge, const Vec3& low, const 
     }
     if (halvings-- <= 0) return;
     const RimArc::Sample middle = arc.at((a.n + b.n).normalized());
+    if (middle.slope == 0.0) offer_rim_point(edge, arc.rim(middle.n), middle.n);
     again(again, a, middle);
     again(again, middle, b);
   };
-  climb(climb, arc.at(low), arc.at(high));
+  const RimArc::Sample first = arc.at(low), last = arc.at(high);
+  // A summit where two arcs meet belongs to neither.
+  for (const RimArc::Sample* end : {&first, &last}) {
+    if (end->slope == 0.0) offer_rim_point(edge, arc.rim(end->n), end->n);
+  }
+  climb(climb, first, last);
 }
 
 void CylinderAxisSearch::offer_rim_point(const AxisEdge& edge, const Vec3& on_rim, const Vec3& n) {
