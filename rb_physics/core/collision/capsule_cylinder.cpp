@@ -56,8 +56,7 @@ bool side_by_side(const Rod& a, const PlacedCylinder& b, const CylinderAxis& axi
   if (!side_overlap(b, -axis.normal, a.center, a.axis, a.half, tolerance, side)) return false;
   const Vec3& n = side.normal;
   const double proven = n.dot(a(Vec3(-n)).point - b(n).point);
-  if (proven < axis.separation - tolerance) return false;
-  if (std::min(side.separation[0], side.separation[1]) > axis.separation + tolerance) return false;
+  if (!carries(side, proven, axis.separation, tolerance)) return false;
   const bool same_way = a.axis.dot(b.axis) > 0.0;
   for (int i = 0; i < 2; ++i) {
     ManifoldPoint p = a.contact(side.t[i], n, side.separation[i]);

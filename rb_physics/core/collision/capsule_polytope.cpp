@@ -206,16 +206,12 @@ void contacts(const Capsule& a, const Placement& at_a, const Polytope& b, double
 
 void contacts_capsule_box(const Capsule& a, const Placement& at_a, const Box& b,
                           const Placement& at_b, double margin, Manifold& out) {
-  static thread_local Polytope polytope;
-  polytope.place(b, at_b);
-  contacts(a, at_a, polytope, margin, out);
+  contacts(a, at_a, placed_polytope(b, at_b), margin, out);
 }
 
 void contacts_capsule_hull(const Capsule& a, const Placement& at_a, const ConvexHull& b,
                            const Placement& at_b, double margin, Manifold& out) {
-  static thread_local Polytope polytope;
-  polytope.place(b, at_b);
-  contacts(a, at_a, polytope, margin, out);
+  contacts(a, at_a, placed_polytope(b, at_b), margin, out);
 }
 
 }  // namespace rb

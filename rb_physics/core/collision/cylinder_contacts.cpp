@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "math/tolerances.hpp"
 
@@ -151,6 +152,12 @@ bool side_overlap(const PlacedCylinder& cylinder, const Vec3& direction, const V
     found.separation[i] = found.normal.dot(center + found.t[i] * along - c.center) - c.radius;
   }
   return true;
+}
+
+double least_separation(const std::vector<ManifoldPoint>& points) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const ManifoldPoint& p : points) least = std::min(least, p.separation);
+  return least;
 }
 
 void mirror(std::vector<ManifoldPoint>& points) {

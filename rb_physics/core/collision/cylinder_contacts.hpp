@@ -1,6 +1,7 @@
 // Contact points of a cylinder once the normal is known.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "collision/cylinder_features.hpp"
@@ -28,9 +29,19 @@ struct SideOverlap {
   bool of_cylinder[2];   // the cylinder ends there, not the segment
   double separation[2];  // m, from the side
 };
+// Are the ends of the overlap where the shapes are nearest? `proven` (m): the separation along its
+// normal; `nearest` (m): along the best axis.
+inline bool carries(const SideOverlap& side, double proven, double nearest, double tolerance) {
+  return !(proven < nearest - tolerance) &&
+         !(std::min(side.separation[0], side.separation[1]) > nearest + tolerance);
+}
+
 // `direction`: about the normal. False: they are not parallel, or not side by side.
 bool side_overlap(const PlacedCylinder& cylinder, const Vec3& direction, const Vec3& center,
                   const Vec3& along, double half, double tolerance, SideOverlap& found);
+
+// m; infinite when there are none.
+double least_separation(const std::vector<ManifoldPoint>& points);
 
 // Exchanges A and B in place.
 void mirror(std::vector<ManifoldPoint>& points);

@@ -145,8 +145,7 @@ bool side_by_side(const PlacedCylinder& a, const PlacedCylinder& b, const Cylind
   if (!side_overlap(b, axis.normal, line, a.axis, a.half, tolerance, side)) return false;
   const Vec3& n = side.normal;
   const double proven = n.dot(a(Vec3(-n)).point - b(n).point);
-  if (proven < axis.separation - tolerance) return false;
-  if (std::min(side.separation[0], side.separation[1]) > axis.separation + tolerance) return false;
+  if (!carries(side, proven, axis.separation, tolerance)) return false;
   const bool same_way = a.axis.dot(b.axis) > 0.0;
   for (int i = 0; i < 2; ++i) {
     ManifoldPoint p;
@@ -257,14 +256,9 @@ void contacts_cylinder_cylinder(const Cylinder& shape_a, const Placement& at_a,
   const CylinderAxis& axis = flat ? found.flat.axis : found.free.axis;
   if (!(axis.separation <= margin)) return;
   points.clear();
-  const auto least = [&] {
-    double s = std::numeric_limits<double>::infinity();
-    for (const ManifoldPoint& p : points) s = std::min(s, p.separation);
-    return s;
-  };
   if (flat) {
     flat_contacts(a, b, found.flat, margin, tolerance, points);
-    if (least() > axis.separation + tolerance) {
+    if (least_separation(points) > axis.separation + tolerance) {
       points.clear();
       points.push_back(found.free.axis.separation >= axis.separation - tolerance
                            ? single_contact(a, b, found.free)

@@ -139,8 +139,7 @@ bool side_by_side(const PlacedCylinder& a, const Polytope& b, const CylinderAxis
   if (!side_overlap(a, -axis.normal, middle, along, 0.5 * length, tolerance, side)) return false;
   p.normal = -side.normal;
   const double proven = p.normal.dot(a(side.normal).point - b.vertex(b.farthest(p.normal, vertex)));
-  if (proven < axis.separation - tolerance) return false;
-  if (std::min(side.separation[0], side.separation[1]) > axis.separation + tolerance) return false;
+  if (!carries(side, proven, axis.separation, tolerance)) return false;
   const bool same_way = a.axis.dot(along) > 0.0;
   for (const int i : same_way ? std::array{0, 1} : std::array{1, 0}) {
     p.separation = side.separation[i];
@@ -232,15 +231,10 @@ void contacts(const Cylinder& shape, const Placement& at, const Polytope& b, dou
   const CylinderAxis& axis = found.best();
   if (!(axis.separation <= margin)) return;
   points.clear();
-  const auto least = [&] {
-    double s = std::numeric_limits<double>::infinity();
-    for (const ManifoldPoint& p : points) s = std::min(s, p.separation);
-    return s;
-  };
   const bool free_known = found.free().kind != CylinderAxis::NONE;
   if (found.prefers_flat()) {
     flat_contacts(a, b, axis, margin, tolerance, points);
-    if (least() > axis.separation + tolerance) {
+    if (least_separation(points) > axis.separation + tolerance) {
       points.clear();
       if (free_known && found.free().separation >= axis.separation - tolerance) {
         points.push_back(single_contact(a, b, found.free()));
@@ -258,16 +252,12 @@ void contacts(const Cylinder& shape, const Placement& at, const Polytope& b, dou
 
 void contacts_cylinder_box(const Cylinder& a, const Placement& at_a, const Box& b,
                            const Placement& at_b, double margin, Manifold& out) {
-  static thread_local Polytope polytope;
-  polytope.place(b, at_b);
-  contacts(a, at_a, polytope, margin, out);
+  contacts(a, at_a, placed_polytope(b, at_b), margin, out);
 }
 
 void contacts_cylinder_hull(const Cylinder& a, const Placement& at_a, const ConvexHull& b,
                             const Placement& at_b, double margin, Manifold& out) {
-  static thread_local Polytope polytope;
-  polytope.place(b, at_b);
-  contacts(a, at_a, polytope, margin, out);
+  contacts(a, at_a, placed_polytope(b, at_b), margin, out);
 }
 
 }  // namespace rb

@@ -73,4 +73,12 @@ class Polytope {
   mutable int hint_ = 0;  // where the last support query of this placement ended
 };
 
+// The polytope of a box or hull, valid until the thread places another of its kind.
+template <class Shape>
+const Polytope& placed_polytope(const Shape& shape, const Placement& at) {
+  static thread_local Polytope polytope;
+  polytope.place(shape, at);
+  return polytope;
+}
+
 }  // namespace rb

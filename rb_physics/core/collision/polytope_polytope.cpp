@@ -201,10 +201,7 @@ void contacts_polytopes(const Polytope& a, const Polytope& b, double margin, Man
 
 void contacts_box_hull(const Box& a, const Placement& at_a, const ConvexHull& b,
                        const Placement& at_b, double margin, Manifold& out) {
-  static thread_local Polytope polytope_a, polytope_b;
-  polytope_a.place(a, at_a);
-  polytope_b.place(b, at_b);
-  contacts_polytopes(polytope_a, polytope_b, margin, out);
+  contacts_polytopes(placed_polytope(a, at_a), placed_polytope(b, at_b), margin, out);
 }
 
 void contacts_hull_hull(const ConvexHull& a, const Placement& at_a, const ConvexHull& b,

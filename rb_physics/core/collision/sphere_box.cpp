@@ -1,7 +1,7 @@
 #include <cmath>
 
+#include "collision/ball_contact.hpp"
 #include "collision/box_features.hpp"
-#include "collision/pairs.hpp"
 #include "math/tolerances.hpp"
 
 namespace rb {
@@ -44,12 +44,11 @@ void contacts_ball_box(const Ball& a, const Placement& at_a, const Box& b, const
   const Vec3& h = b.half_extents;
   const Vec3 nearest = center.cwiseMax(-h).cwiseMin(h);
   const Vec3 outside = center - nearest;
-  ManifoldPoint p;
+  std::uint32_t feature;
   Vec3 normal, on_box;
   double height;  // of the centre above the surface
   if (outside.squaredNorm() > 0.0) {
     height = outside.norm();
-    if (!(height - a.radius <= margin)) return;
     normal = outside / height;
     on_box = nearest;
     int corner = 0, free_bits = 0;
@@ -57,7 +56,7 @@ void contacts_ball_box(const Ball& a, const Placement& at_a, const Box& b, const
       if (outside[i] == 0.0) free_bits |= 1 << i;
       if (outside[i] > 0.0) corner |= 1 << i;
     }
-    p.feature_b = box_feature(corner, free_bits);
+    feature = box_feature(corner, free_bits);
   } else if (a.is_particle && faces_near(b, center) > 1) {
     contacts_of_corner(at_a, b, at_b, center, margin, out);
     return;
@@ -69,22 +68,13 @@ void contacts_ball_box(const Ball& a, const Placement& at_a, const Box& b, const
     }
     const bool positive = center[axis] >= 0.0;
     height = std::abs(center[axis]) - h[axis];
-    if (!(height - a.radius <= margin)) return;
     normal = Vec3::Zero();
     normal[axis] = positive ? 1.0 : -1.0;
     on_box = center;
     on_box[axis] = positive ? h[axis] : -h[axis];
-    p.feature_b = make_feature(FeatureType::FACE, 2 * axis + (positive ? 1 : 0));
+    feature = make_feature(FeatureType::FACE, 2 * axis + (positive ? 1 : 0));
   }
-  const bool on_face = feature_type(p.feature_b) == FeatureType::FACE;
-  p.normal = at_b.rotation * normal;
-  p.point_a = at_a.position - a.radius * p.normal;
-  p.point_b = at_b.apply(on_box);
-  p.separation = height - a.radius;
-  p.feature_a = make_feature(a.is_particle ? FeatureType::VERTEX : FeatureType::SMOOTH, 0);
-  p.kind = a.is_particle && on_face ? ContactKind::VERTEX_FACE : ContactKind::SMOOTH;
-  p.normal_owner = on_face ? NormalOwner::B : NormalOwner::CENTERS;
-  out.add(p);
+  add_ball_contact(a, at_a, at_b, normal, on_box, height, feature, margin, out);
 }
 
 }  // namespace rb

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "collision/pairs.hpp"
+#include "collision/ball_contact.hpp"
 
 namespace rb {
 
@@ -17,34 +17,24 @@ void contacts_ball_cylinder(const Ball& a, const Placement& at_a, const Cylinder
   const Vec3 cap = upper ? Vec3(Vec3::UnitZ()) : Vec3(-Vec3::UnitZ());
   double height;
   Vec3 normal, on_cylinder = center;
-  ManifoldPoint p;
-  bool flat = false;
+  std::uint32_t feature;
   if (beyond_side > 0.0 && beyond_cap > 0.0) {
     height = std::sqrt(beyond_side * beyond_side + beyond_cap * beyond_cap);
     normal = (beyond_side * radial + beyond_cap * cap) / height;
     on_cylinder = b.radius * radial + b.half_length * cap;
-    p.feature_b = make_feature(FeatureType::SMOOTH, upper ? 0 : 1);
+    feature = make_feature(FeatureType::SMOOTH, upper ? 0 : 1);
   } else if (beyond_side > beyond_cap) {
     height = beyond_side;
     normal = radial;
     on_cylinder = b.radius * radial + Vec3(0.0, 0.0, center.z());
-    p.feature_b = make_feature(FeatureType::SMOOTH, 2);
+    feature = make_feature(FeatureType::SMOOTH, 2);
   } else {
     height = beyond_cap;
     normal = cap;
     on_cylinder.z() = upper ? b.half_length : -b.half_length;
-    p.feature_b = make_feature(FeatureType::FACE, upper ? 0 : 1);
-    flat = true;
+    feature = make_feature(FeatureType::FACE, upper ? 0 : 1);
   }
-  p.separation = height - a.radius;
-  if (!(p.separation <= margin)) return;
-  p.normal = at_b.rotation * normal;
-  p.point_a = at_a.position - a.radius * p.normal;
-  p.point_b = at_b.apply(on_cylinder);
-  p.feature_a = make_feature(a.is_particle ? FeatureType::VERTEX : FeatureType::SMOOTH, 0);
-  p.kind = a.is_particle && flat ? ContactKind::VERTEX_FACE : ContactKind::SMOOTH;
-  p.normal_owner = flat ? NormalOwner::B : NormalOwner::CENTERS;
-  out.add(p);
+  add_ball_contact(a, at_a, at_b, normal, on_cylinder, height, feature, margin, out);
 }
 
 }  // namespace rb

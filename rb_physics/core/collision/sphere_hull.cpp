@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
+#include "collision/ball_contact.hpp"
 #include "collision/gjk.hpp"
-#include "collision/pairs.hpp"
 #include "collision/polytope.hpp"
 #include "math/tolerances.hpp"
 
@@ -68,8 +68,7 @@ void contacts_ball_hull(const Ball& a, const Placement& at_a, const ConvexHull& 
   }
   Vec3 normal = hull.faces[face].normal;
   Vec3 on_hull = center - height * normal;
-  ManifoldPoint p;
-  p.feature_b = make_feature(FeatureType::FACE, face);
+  std::uint32_t feature = make_feature(FeatureType::FACE, face);
   const double tolerance =
       tolerance::coincident * std::min(a.radius, hull.size) + 1e-12 * hull.size;
   if (apart && nearest.distance > height + tolerance) {
@@ -80,27 +79,18 @@ void contacts_ball_hull(const Ball& a, const Placement& at_a, const ConvexHull& 
     for (int i = 0; i < nearest.simplex.size; ++i) {
       vertices[i] = nearest.simplex.vertex[i].index_b;
     }
-    p.feature_b = polytope.feature_of(vertices, nearest.simplex.size);
+    feature = polytope.feature_of(vertices, nearest.simplex.size);
   } else if (const OnOutline outline = nearest_on_outline(hull, hull.faces[face], on_hull);
              outline.edge >= 0) {
     // A hair beside the face, no farther from its edge than from its plane by more than rounding.
     on_hull = outline.point;
     if (apart) {
-      p.feature_b = polytope.edge_feature(outline.edge);
+      feature = polytope.edge_feature(outline.edge);
       height = (center - on_hull).norm();
       normal = (center - on_hull) / height;
     }
   }
-  if (!(height - a.radius <= margin)) return;
-  const bool on_face = feature_type(p.feature_b) == FeatureType::FACE;
-  p.normal = at_b.rotation * normal;
-  p.point_a = at_a.position - a.radius * p.normal;
-  p.point_b = at_b.apply(on_hull);
-  p.separation = height - a.radius;
-  p.feature_a = make_feature(a.is_particle ? FeatureType::VERTEX : FeatureType::SMOOTH, 0);
-  p.kind = a.is_particle && on_face ? ContactKind::VERTEX_FACE : ContactKind::SMOOTH;
-  p.normal_owner = on_face ? NormalOwner::B : NormalOwner::CENTERS;
-  out.add(p);
+  add_ball_contact(a, at_a, at_b, normal, on_hull, height, feature, margin, out);
 }
 
 }  // namespace rb
