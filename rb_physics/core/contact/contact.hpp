@@ -43,8 +43,14 @@ struct Contact {
   Vec3 impulse = Vec3::Zero();      // N s on A over the last step, world axes
   Vec3 moment_a = Vec3::Zero();  // N m s, angular impulse on A about its centre of mass, last step
   Vec3 moment_b = Vec3::Zero();  // N m s, the same on B
+  bool loaded = false;           // carried force until now, by the last solve
 
-  bool touching() const { return point.separation <= touch; }
+  // What carries force is closed, however far the third-order error of its turning has opened it.
+  bool touching() const { return point.separation <= touch || has_opened(); }
+  bool has_opened() const {
+    constexpr double most = 1e4;  // of the touch distance
+    return loaded && point.separation > touch && point.separation <= most * touch;
+  }
   // Takes part in impacts, rest and position correction.
   bool active() const { return role == ContactRole::ACTIVE; }
 };

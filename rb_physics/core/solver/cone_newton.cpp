@@ -229,7 +229,7 @@ ConeNewtonReport cone_newton(const ContactProblem& problem, const ContactScales&
       ++without_progress;
     }
     // One step more than the tolerance asks for is cheap, and the forces of slender stacks need it.
-    if (r == 0.0 || (reached && rate > 0.1) || without_progress >= 8) break;
+    if (r <= options.plenty || (reached && rate > 0.1) || without_progress >= 8) break;
     // Crawling where only rounding is left.
     if (report.residual <= options.enough && rate > 0.3) break;
     if (rate > 0.01) {

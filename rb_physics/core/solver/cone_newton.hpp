@@ -42,6 +42,7 @@ struct ConeNewtonOptions {
   int max_inner = 12;
   double tolerance = 1e-13;
   double enough = 0.0;  // at or below it, two outer steps of the same size end the work
+  double plenty = 0.0;  // at or below it, the work ends
 };
 
 struct ConeNewtonReport {

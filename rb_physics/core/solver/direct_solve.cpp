@@ -27,10 +27,9 @@ void ContactSolve::newton(int attempt, double softness, int most_outer) {
   options.max_outer = most_outer;
   options.softness = softness;
   options.tolerance = std::min(target, goal());
-  if (large()) {
-    options.enough = settings.enough;
-    options.good_start = 1e-3;
-  }
+  options.good_start = kGoodStart;
+  if (large()) options.enough = settings.enough;
+  if (!settings.minimum_norm) options.plenty = settings.newton_goal;
   if (attempt > 0) {
     // Softer paths to the same answer, every other one over the associated problem, whose Newton
     // steps always descend: it crawls where much slides fast, and is sure where slips are small.
@@ -72,7 +71,7 @@ void ContactSolve::solve_direct() {
     if (jam()) {
       wide_sweeps(kJamSweeps);
     } else {
-      sweep(kFirstSweeps);
+      sweep(problem.contacts.size() == 1 && io.moment.empty() ? 1 : kFirstSweeps);
     }
     measure();
   }

@@ -54,6 +54,7 @@ int impact_friction(const ContactProblem& problem, std::vector<Vec3>& impulse,
                                              impulse[i][0], moment[i], v));
       }
     }
+    if (nc == 1 && !moments) change = 0.0;  // exact at once
   }
 
   int iterations = sweeps;

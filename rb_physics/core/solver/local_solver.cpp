@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace rb {
 namespace {
@@ -39,39 +40,32 @@ Vec3 slide(const Mat3& w, const Vec3& q, double mu) {
   const TangentialPlane plane(w.block<2, 2>(1, 1) - w_tn * w_tn.transpose() * inv_nn,
                               q.tail<2>() - w_tn * (q[0] * inv_nn));
   const auto normal = [&](const Vec2& t) { return -(q[0] + w_tn.dot(t)) * inv_nn; };
-  const auto excess = [&](double beta) {  // > 0: friction must give more way
-    const Vec2 t = plane.lambda(beta);
-    return t.norm() - mu * normal(t);
-  };
-  // |lambda_t| >= mu lambda_n at beta = 0 (no stick), < at a large beta.
+  // mu lambda_n / |lambda_t| = 1: below 1 at beta = 0 (no stick), above at a large beta, and linear
+  // where w is isotropic: Newton's method, kept in the bracket.
   double low = 0.0;
-  double high = plane.d1 > 0.0 ? plane.d1 : w(0, 0);
-  for (int k = 0; k < 200 && excess(high) > 0.0; ++k) {
-    low = high;
-    high *= 4.0;
-  }
-  // Illinois' regula falsi: keeps the bracket, converges superlinearly, no derivative.
-  double f_low = excess(low);
-  double f_high = excess(high);
-  double beta = high;
-  if (!std::isfinite(f_low)) f_low = std::abs(f_high);
-  int side = 0;
-  for (int k = 0; k < 100 && high - low > kRounding * high; ++k) {
-    beta = (low * f_high - high * f_low) / (f_high - f_low);
-    if (!(beta > low && beta < high) || k % 8 == 7) beta = 0.5 * (low + high);
-    const double f = excess(beta);
-    if (std::abs(f) <= kRounding * std::abs(q[0]) * inv_nn) break;
-    if (f > 0.0) {
-      low = beta;
-      f_low = f;
-      if (side == 1) f_high *= 0.5;
-      side = 1;
-    } else {
-      high = beta;
-      f_high = f;
-      if (side == -1) f_low *= 0.5;
-      side = -1;
+  double high = std::numeric_limits<double>::infinity();
+  const double free_normal = -q[0] * inv_nn;
+  double beta = Vec2(plane.q1, plane.q2).norm() / (mu * free_normal) - 0.5 * (plane.d1 + plane.d2);
+  if (!(beta > 0.0)) beta = plane.d1 > 0.0 ? 0.01 * plane.d1 : w(0, 0);
+  for (int k = 0; k < 100; ++k) {
+    const double s1 = 1.0 / (plane.d1 + beta), s2 = 1.0 / (plane.d2 + beta);
+    const double x1 = plane.q1 * s1, x2 = plane.q2 * s2;
+    const double size = std::sqrt(x1 * x1 + x2 * x2);
+    const Vec2 rate = (x1 * s1) * plane.e1 + (x2 * s2) * plane.e2;  // of lambda_t
+    const double n = normal(-x1 * plane.e1 - x2 * plane.e2);
+    const double excess = size - mu * n;
+    if (excess == 0.0) break;
+    (excess > 0.0 ? low : high) = beta;
+    const double size_rate = -(x1 * x1 * s1 + x2 * x2 * s2) / size;
+    const double slope = (-w_tn.dot(rate) * inv_nn * size - n * size_rate) * mu / (size * size);
+    double next = beta + excess / (size * slope);
+    if (!(next > low && next < high)) {
+      next = high < std::numeric_limits<double>::infinity() ? 0.5 * (low + high)
+                                                            : 4.0 * (beta + plane.d1);
     }
+    const bool settled = std::abs(next - beta) <= kRounding * (plane.d1 + beta);
+    beta = next;
+    if (settled) break;
   }
   const Vec2 t = plane.lambda(beta);
   // On the cone exactly: length from lambda_n, direction from t. u_n = 0 with that direction.
@@ -106,8 +100,9 @@ Vec2 solve_local_slip(const Eigen::Matrix2d& w, const Vec2& q, double bound) {
     const double slope = (x1 * x1 / (plane.d1 + beta) + x2 * x2 / (plane.d2 + beta)) / size;
     double next = beta + (size - bound) * size / (bound * slope);
     if (!(next >= low && next <= high)) next = 0.5 * (low + high);
-    if (std::abs(next - beta) <= kRounding * high) break;
+    const bool settled = std::abs(next - beta) <= kRounding * (plane.d1 + beta);
     beta = next;
+    if (settled) break;
   }
   const Vec2 t = plane.lambda(beta);
   return t * (bound / t.norm());

@@ -34,6 +34,7 @@ IslandAdvance::IslandAdvance(World& world, std::span<const std::int32_t> rows,
 void IslandAdvance::run(double h) {
   const Settings& settings = world_.settings;
   const bool event_stepper = settings.stepper == Stepper::EVENT;
+  for (Contact& c : contacts) c.loaded = false;
   if (!event_stepper && is_large_island(contacts.size())) return run_in_one_solve(h);
   // Contact times are worth their price while the island is small; a heap closes its gaps within
   // one solve, but for those that open again and those that something fast turns away from. The
@@ -372,9 +373,11 @@ void IslandAdvance::add_forces(double tau) {
 void IslandAdvance::book() {
   stats.residual = std::fmax(stats.residual, residual_);
   const IslandWorkspace& work = work_;
+  for (Contact& c : contacts) c.loaded = false;
   for (std::size_t n = 0; n < active_.size(); ++n) {
     Contact& c = contacts[active_[n]];
     const ContactConstraint& k = work.problem.contacts[n];
+    c.loaded = work.solution.impulse[n].x() > 0.0;
     add_impulse(c, k, k.frame.transpose() * work.solution.impulse[n],
                 work.solution.moment.empty() ? Vec3::Zero()
                                              : Vec3(k.frame.transpose() * work.solution.moment[n]));

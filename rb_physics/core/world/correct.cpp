@@ -1,8 +1,8 @@
-// Position correction: pushes overlapping bodies apart by the smallest displacement (in the metric
-// of their masses) that separates them. It moves positions only: both momenta stay, to the bit, but
-// for what keeps the angular momentum of an island among itself (world/pair_momentum.hpp). So that
-// the kinetic energy L . J^-1 L / 2 stays as well, a body does not turn about omega x L, the one
-// axis along which turning changes it.
+// Position correction: pushes overlapping bodies apart, and loaded contacts that have opened shut,
+// by the smallest displacement (in the metric of their masses) that separates them. It moves
+// positions only: both momenta stay, to the bit, but for what keeps the angular momentum of an
+// island among itself (world/pair_momentum.hpp). So that the kinetic energy L . J^-1 L / 2 stays as
+// well, a body does not turn about omega x L, the one axis along which turning changes it.
 #include "world/correct.hpp"
 
 #include <algorithm>
@@ -45,6 +45,9 @@ bool overlaps(const Contact& c, double most) {
   return c.active() && c.point.separation < -most * c.touch;
 }
 
+// Left alone, the next step would begin with a contact that is closed by its force only.
+bool has_opened(const Contact& c) { return c.active() && c.has_opened(); }
+
 // Of an island that meets nothing immovable: what the shift by `pushes` (kg m, contact frame, one
 // of each active contact) did to x x p goes back.
 void return_angular_momentum(World& world, std::span<const std::int32_t> contacts,
@@ -70,7 +73,8 @@ void return_angular_momentum(World& world, std::span<const std::int32_t> contact
       [&](std::size_t n, Contact& c, Body& a, Body& b) { take_from_pair(a, b, c, changes[n]); });
 }
 
-// Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0.
+// Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0, and = 0
+// where a loaded contact has opened.
 void separate(World& world, const Island& island, std::span<const std::int32_t> contacts) {
   IslandWorkspace& work = world.work.threads[0];
   const auto rows = world.islands.bodies(island);
@@ -80,24 +84,37 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   ContactProblem& problem = work.problem;
   build_bodies(world.bodies, index, problem);
   for (Vec6& v : problem.velocity) v.setZero();
-  double deepest = 0.0;
+  double deepest = 0.0;  // or the widest gap that is to be closed
   for (const std::int32_t i : contacts) {
-    deepest = std::fmax(deepest, -world.contacts[i].point.separation);
+    const Contact& c = world.contacts[i];
+    deepest = std::fmax(deepest, has_opened(c) ? c.point.separation : -c.point.separation);
   }
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const double turn = overlap_turn(deepest, world.reach[rows[k]]);
     problem.inv_inertia[k] = harmless_inverse_inertia(world, rows[k], problem.inv_inertia[k], turn);
   }
-  for (const std::int32_t i : contacts) {
-    const Contact& contact = world.contacts[i];
-    if (!contact.active()) continue;
-    build_contact(world.bodies, index, contact, place_of(world.bodies, contact), problem);
+  const auto constrain = [&](const Contact& contact, const ContactPlace& place, double gap) {
+    build_contact(world.bodies, index, contact, place, problem);
     ContactConstraint& c = problem.contacts.back();
     c.friction = c.static_friction = c.rolling_friction = c.spinning_friction = 0.0;
-    c.bias = Vec3(contact.point.separation, 0.0, 0.0);  // m, in place of m/s
+    c.bias = Vec3(gap, 0.0, 0.0);  // m, in place of m/s
     c.angular_bias.setZero();
+  };
+  for (const std::int32_t i : contacts) {
+    const Contact& c = world.contacts[i];
+    if (c.active()) constrain(c, place_of(world.bodies, c), c.point.separation);
   }
-  if (is_large_island(problem.contacts.size())) {
+  const std::size_t one_way = problem.contacts.size();
+  if (!is_large_island(one_way)) {
+    for (const std::int32_t i : contacts) {
+      const Contact& c = world.contacts[i];
+      if (!has_opened(c)) continue;
+      ContactPlace place = place_of(world.bodies, c);
+      place.normal = -place.normal;
+      constrain(c, place, -c.point.separation);
+    }
+  }
+  if (is_large_island(one_way)) {
     constexpr int most_sweeps = 40;
     work.solver.wide.use(&world.work.crew);
     work.solver.wide.forget();
@@ -115,11 +132,18 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   // Of the overlap: what is left is corrected by the next pass. The displacement is unique, the
   // impulses need not be.
   settings.tolerance = settings.enough = 1e-4;
+  settings.newton_goal = 1e-12;
   settings.minimum_norm = false;
   settings.max_work = world.settings.max_work;
   solve_contacts(problem, settings, work.solution, work.solver);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     shift_body(world.bodies[rows[k]], work.solution.velocity[k]);
+  }
+  std::size_t n = 0, back = one_way;
+  for (const std::int32_t i : contacts) {
+    const Contact& c = world.contacts[i];
+    if (has_opened(c)) work.solution.impulse[n].x() -= work.solution.impulse[back++].x();
+    n += c.active();
   }
   return_angular_momentum(world, contacts, problem, work.solution.impulse);
 }
@@ -129,7 +153,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
 void correct_positions(World& world) {
   for (int pass = 0; pass < passes; ++pass) {
     const bool open = any_contact(world, [&](const Contact& c) {
-      return overlaps(c, slack) && !at_rest(world, c.body_a, c.body_b);
+      return (overlaps(c, slack) || has_opened(c)) && !at_rest(world, c.body_a, c.body_b);
     });
     if (!open) return;
     std::vector<std::uint8_t>& movable = world.work.movable;
@@ -146,9 +170,10 @@ void correct_positions(World& world) {
     for (const Island& island : world.islands.all()) {
       if (sleeps(world, island)) continue;
       const auto contacts = world.islands.edges(island);
-      const double most = is_large_island(contacts.size()) ? large_slack : slack;
+      const bool large = is_large_island(contacts.size());
       const bool needed = std::any_of(contacts.begin(), contacts.end(), [&](std::int32_t i) {
-        return overlaps(world.contacts[i], most);
+        const Contact& c = world.contacts[i];
+        return overlaps(c, large ? large_slack : slack) || (!large && has_opened(c));
       });
       if (!needed) continue;
       separate(world, island, contacts);

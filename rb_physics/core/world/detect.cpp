@@ -156,6 +156,7 @@ void carry_over(std::span<const Contact> old, std::span<Contact> fresh,
         if (old[i].role != ContactRole::GHOST) {
           c.warm_force = old[i].warm_force;
           c.warm_moment = old[i].warm_moment;
+          c.loaded = old[i].loaded;
         }
         matched = true;
       }
