@@ -153,7 +153,8 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
 void correct_positions(World& world) {
   for (int pass = 0; pass < passes; ++pass) {
     const bool open = any_contact(world, [&](const Contact& c) {
-      return (overlaps(c, slack) || has_opened(c)) && !at_rest(world, c.body_a, c.body_b);
+      return (overlaps(c, slack) || (pass == 0 && has_opened(c))) &&
+             !at_rest(world, c.body_a, c.body_b);
     });
     if (!open) return;
     std::vector<std::uint8_t>& movable = world.work.movable;
@@ -173,7 +174,7 @@ void correct_positions(World& world) {
       const bool large = is_large_island(contacts.size());
       const bool needed = std::any_of(contacts.begin(), contacts.end(), [&](std::int32_t i) {
         const Contact& c = world.contacts[i];
-        return overlaps(c, large ? large_slack : slack) || (!large && has_opened(c));
+        return overlaps(c, large ? large_slack : slack) || (pass == 0 && !large && has_opened(c));
       });
       if (!needed) continue;
       separate(world, island, contacts);
