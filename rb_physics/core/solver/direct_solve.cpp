@@ -1,4 +1,5 @@
 // Islands whose factorisation is affordable: Newton to rounding, from one start or another.
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -13,7 +14,7 @@ namespace {
 
 constexpr int kRetries = 2;          // attempts from the same start, after which come others
 constexpr int kStarts = 8;           // other starts, before the first one again with more sweeps
-constexpr int kJamSweeps = 400;      // wide, to begin with in a jam; later four times as many
+constexpr int kJamSweeps = 400;      // wide, to begin with in a jam
 constexpr double kTowerWork = 150;   // multiply-adds of a factorisation per contact: more is a jam
 constexpr int kRetrySweeps = 60;     // before another Newton attempt
 constexpr double kGoodStart = 1e-3;  // a warm start below it goes to Newton as it is
@@ -28,8 +29,10 @@ void ContactSolve::newton(int attempt, double softness, int most_outer) {
   options.softness = softness;
   options.tolerance = std::min(target, goal());
   options.good_start = kGoodStart;
-  if (large()) options.enough = settings.enough;
+  if (large())
+    options.enough = std::max(settings.enough, jam() ? tolerance::residual_ceiling : 0.0);
   if (!settings.minimum_norm) options.plenty = settings.newton_goal;
+  if (jam()) options.max_steps = 30;
   if (attempt > 0) {
     // Softer paths to the same answer, every other one over the associated problem, whose Newton
     // steps always descend: it crawls where much slides fast, and is sure where slips are small.
@@ -81,20 +84,19 @@ void ContactSolve::solve_direct() {
   // The interior-point method knows no moments; and between nearly opposite normals, where few
   // contacts jam, the centre of the answers lies at infinity.
   if (report.residual <= kTouchUp && !reached(0)) {
+    const double before = report.residual;
     newton(0, kSoftness, 2);
     measure();
+    constexpr double crawls = 0.1;
+    if (jam() && report.residual <= settings.enough && report.residual > crawls * before) return;
   }
   bool central = !io.moment.empty() || !large();
   double best = std::numeric_limits<double>::infinity();
-  const int attempts = jam() ? std::min(settings.newton_attempts, 2) : settings.newton_attempts;
+  const int attempts = jam() ? std::min(settings.newton_attempts, 1) : settings.newton_attempts;
   for (int k = 0; k < attempts && !reached(k) && !out_of_work(); ++k) {
     // What is left is the rounding of an ill-conditioned island: no use to insist.
     if (report.residual <= settings.enough && k >= (large() ? 1 : 2)) break;
-    if (k > 0 && jam()) {
-      wide_sweeps(4 * kJamSweeps);
-      measure();
-      if (report.residual <= settings.enough) break;
-    } else if (!central && (k > 0 || (large() && report.residual > kGoodStart))) {
+    if (!central && (k > 0 || (large() && report.residual > kGoodStart))) {
       interior();
       central = true;
       if (report.residual <= target) break;
