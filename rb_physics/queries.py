@@ -67,7 +67,12 @@ def find_contacts(a: Body, b: Body, margin: float = 0.0) -> NDArray[np.void]:
 
 
 def distance(a: Body, b: Body) -> Distance:
-    """Distance and nearest points; minus the penetration depth when the bodies overlap."""
+    """Distance and nearest points; minus the penetration depth when the bodies overlap.
+
+    The depth in a mesh or height field is that of the deepest contact, along the normal of the
+    surface there: it can jump where the body's corners pass from face to face. The distance from
+    outside is exact and continuous.
+    """
     world = _common_world(a, b)
     return Distance(*world._distance(a.row, b.row))
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import rb_physics as rb
+from rb_physics import _core as core
 
 FLAT = rb.TriangleMesh([(0, -1, -1), (0, 1, -1), (0, 1, 1), (0, -1, 1)], [(0, 1, 2), (0, 2, 3)])
 SHAPES = {
@@ -64,7 +65,7 @@ def test_the_sides_are_alike(kind):
     for seed in range(40):
         rng = np.random.default_rng(seed)
         shape = SHAPES[kind](rng)
-        size = rb._core.characteristic_size(shape)
+        size = core.characteristic_size(shape)
         mesh = _crumpled(rng)
         over = rb.TriangleMesh(mesh.vertices, np.array(mesh.triangles)[:, ::-1])
         # A point of a triangle, and the shape about as far behind it as it is large.
@@ -123,3 +124,29 @@ def test_a_box_rests_on_either_side():
         world.step(200)
         np.testing.assert_allclose(box.position, (0.2, 0.1, 0.1), rtol=0, atol=1e-12)
         assert len(world.contacts) == 4
+
+
+@pytest.mark.parametrize("shape", [s for s in SHAPES if s != "particle"])
+def test_a_body_in_a_sheet_goes_out_on_its_side(shape):
+    """Never along the sheet: its inner edges are none."""
+    octahedron = core.ConvexHull(0.004 * np.vstack([np.eye(3), -np.eye(3)]))
+    body = octahedron if shape == "hull" else SHAPES[shape](np.random.default_rng(1))
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        turn = rng.normal(size=4)
+        side = 1 if seed % 2 else -1
+        # About the diagonal, the centre less than half a size off the sheet.
+        along = rng.uniform(-0.8, 0.8)
+        place = (side * rng.uniform(1e-4, 1e-3), along + rng.uniform(-1e-3, 1e-3), along)
+        found = core.find_contacts(
+            body, place, turn / np.linalg.norm(turn), FLAT, (0, 0, 0), (0, 0, 0, 1), 0.0
+        )
+        assert len(found["separation"]) > 0
+        np.testing.assert_allclose(
+            found["normal"], [[side, 0, 0]] * len(found["normal"]), atol=1e-15
+        )
+        distance, _, _, normal = core.distance(
+            body, place, turn / np.linalg.norm(turn), FLAT, (0, 0, 0), (0, 0, 0, 1)
+        )
+        assert distance == found["separation"].min()
+        np.testing.assert_allclose(normal, (side, 0, 0), atol=1e-15)

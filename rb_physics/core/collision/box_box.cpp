@@ -66,14 +66,10 @@ void face_contacts(const Box& a, const Placement& at_a, const Box& b, const Plac
   clip_faces(reference, incident, reference_is_b, margin, tolerance, out);
 }
 
-// Boxes that lie nearly flat on each other and meet edge to edge: a little turn brings down the
-// corners of the facing faces, so they are part of the manifold. Not beside the crossing itself,
-// which they would say twice, and none deeper than it: the depth of two boxes is the least there
-// is.
+// The corners of the facing faces of boxes that lie nearly flat on each other and meet edge to
+// edge.
 void flat_contacts(const Box& a, const Placement& at_a, const Box& b, const Placement& at_b,
                    const Vec3& normal, double margin, double tolerance, Manifold& out) {
-  constexpr double flat_cosine = 0.985;  // 10 degrees
-  constexpr double beside = 0.02;        // of the smaller box
   const Vec3 in_a = at_a.rotation.transpose() * normal, in_b = at_b.rotation.transpose() * normal;
   Eigen::Index axis_a, axis_b;
   const double cosine_a = in_a.cwiseAbs().maxCoeff(&axis_a);
@@ -89,15 +85,7 @@ void flat_contacts(const Box& a, const Placement& at_a, const Box& b, const Plac
   }
   Manifold corners;
   face_contacts(a, at_a, b, at_b, axis, margin, tolerance, corners);
-  const ManifoldPoint crossing = out[out.size() - 1];
-  const double apart = beside * std::min(size_of(a), size_of(b));
-  for (int i = 0; i < corners.size(); ++i) {
-    const Vec3 offset = corners[i].point_a - crossing.point_a;
-    const bool same =
-        corners[i].feature_a == crossing.feature_a && corners[i].feature_b == crossing.feature_b;
-    if (same || corners[i].separation < crossing.separation) continue;
-    if ((offset - offset.dot(normal) * normal).norm() > apart) out.add(corners[i]);
-  }
+  add_beside_crossing(corners, normal, std::min(size_of(a), size_of(b)), out);
 }
 
 // The deepest corner alone, should rounding leave nothing over the face.

@@ -215,4 +215,17 @@ void clip_faces(const FacePolygon& reference, const FacePolygon& incident, bool 
   reduce(points, n, out);
 }
 
+void add_beside_crossing(const Manifold& corners, const Vec3& normal, double size, Manifold& out) {
+  constexpr double beside = 0.02;
+  const ManifoldPoint crossing = out[out.size() - 1];
+  const double apart = beside * size;
+  for (int i = 0; i < corners.size(); ++i) {
+    const Vec3 offset = corners[i].point_a - crossing.point_a;
+    const bool same =
+        corners[i].feature_a == crossing.feature_a && corners[i].feature_b == crossing.feature_b;
+    if (same || corners[i].separation < crossing.separation) continue;
+    if ((offset - offset.dot(normal) * normal).norm() > apart) out.add(corners[i]);
+  }
+}
+
 }  // namespace rb

@@ -13,4 +13,13 @@ namespace rb {
 void clip_faces(const FacePolygon& reference, const FacePolygon& incident, bool reference_is_b,
                 double margin, double tolerance, Manifold& out);
 
+// Faces within 10 degrees of a contact normal lie nearly flat on each other.
+constexpr double flat_cosine = 0.985;
+
+// To the crossing of two edges, last in `out`: the corners of the facing faces, where those lie
+// nearly flat on each other, because a little turn brings them down. Not beside the crossing itself
+// (0.02 of `size`, m, of the smaller shape), which they would say twice, and none deeper than it:
+// its depth is the least there is.
+void add_beside_crossing(const Manifold& corners, const Vec3& normal, double size, Manifold& out);
+
 }  // namespace rb

@@ -64,6 +64,23 @@ bool edge_contact(const Polytope& a, const Polytope& b, const PolytopeAxis& axis
          at_b <= length_b + tolerance;
 }
 
+// The corners of the facing faces of polytopes that lie nearly flat on each other and meet edge to
+// edge.
+void flat_contacts(const Polytope& a, const Polytope& b, const Vec3& normal, double margin,
+                   const Scale& scale, Manifold& out) {
+  const int face_a = a.opposing_face(normal, a.farthest(-normal));
+  const int face_b = b.opposing_face(-normal, b.farthest(normal));
+  const double cosine_a = -normal.dot(a.normal(face_a)), cosine_b = normal.dot(b.normal(face_b));
+  if (std::max(cosine_a, cosine_b) < flat_cosine) return;
+  PolytopeAxis axis;
+  axis.kind = cosine_b >= cosine_a ? PolytopeAxis::FACE_B : PolytopeAxis::FACE_A;
+  axis.feature_a = face_a;
+  axis.feature_b = face_b;
+  Manifold corners;
+  face_contacts(a, b, axis, margin, scale.tolerance, corners);
+  add_beside_crossing(corners, normal, scale.small, out);
+}
+
 // The deepest vertex, should rounding leave it beside the face.
 void deepest_contact(const Polytope& a, const Polytope& b, const PolytopeAxis& axis,
                      Manifold& out) {
@@ -183,7 +200,10 @@ void contacts_polytopes(const Polytope& a, const Polytope& b, double margin, Man
   if (known || !nearest.apart) {
     if (axis.separation > margin) return;
     if (axis.kind == PolytopeAxis::EDGES) {
-      if (edge_contact(a, b, axis, scale.tolerance, out)) return;
+      if (edge_contact(a, b, axis, scale.tolerance, out)) {
+        flat_contacts(a, b, axis.normal, margin, scale, out);
+        return;
+      }
     } else {
       face_contacts(a, b, axis, margin, scale.tolerance, out);
       if (out.least_separation(first) <= axis.separation + scale.tolerance) return;

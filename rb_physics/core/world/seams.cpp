@@ -112,6 +112,31 @@ void find_supports(const std::vector<View>& views, std::vector<Support>& out) {
   }
 }
 
+// A particle on an edge of a piece touches all faces that meet there (collision/sphere_box.cpp).
+// Those that another piece shuts are none: nothing fits between the two.
+void cover_shut_faces(const std::vector<View>& views) {
+  for (const View& v : views) {
+    Contact& c = *v.contact;
+    const double level = 2.0 * c.touch;
+    const auto of_piece = [&](const View& other) { return other.piece() == v.piece(); };
+    if (std::count_if(views.begin(), views.end(), of_piece) < 2) continue;
+    const Vec3 n = v.normal();
+    const bool shut = std::any_of(views.begin(), views.end(), [&](const View& other) {
+      return !of_piece(other) &&
+             (other.normal() + n).squaredNorm() <= tolerance::parallel * tolerance::parallel &&
+             std::fabs(n.dot(other.on_piece() - v.on_piece())) <= level;
+    });
+    if (shut) c.role = ContactRole::COVERED;
+  }
+}
+
+// Is any contact with the plane still felt? Two pieces of one corner must not cover each other.
+bool is_felt(const Support& s, const std::vector<View>& views) {
+  return std::any_of(views.begin(), views.end(), [&](const View& v) {
+    return v.contact->role == ContactRole::ACTIVE && v.piece() == s.collider && along(v, s.normal);
+  });
+}
+
 // The contacts of every collider that may slide, as lists linked through `next`: contact i is
 // element 2 i of its A's list and 2 i + 1 of its B's, where B can move.
 class Lists {
@@ -173,8 +198,11 @@ void cover_seams(const World& world, std::vector<Contact>& contacts) {
   lifts.clear();
   for (const std::int32_t slider : lists.sliders) {
     if (!lists.take(slider, views)) continue;
+    const bool particle = std::holds_alternative<Particle>(world.colliders[slider].shape);
+    if (particle) cover_shut_faces(views);
     find_supports(views, supports);
     for (const Support& s : supports) {
+      if (particle && !is_felt(s, views)) continue;
       for (const View& v : views) {
         if (v.contact->role == ContactRole::COVERED || !covers(world, s, v)) continue;
         if (s.normal.dot(v.on_slider()) - s.height <= s.touch + v.contact->touch) {
