@@ -85,7 +85,7 @@ void IslandAdvance::run(double h) {
     settle(tau, last);
     book();
     move(tau);
-    return_angular_momentum();
+    take_back(tau);
     left -= tau;
     elapsed_ += tau;
     if (last || !(left > 1e-14 * h)) break;

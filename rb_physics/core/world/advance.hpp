@@ -9,6 +9,7 @@
 #include "contact/builder.hpp"
 #include "math/tolerances.hpp"
 #include "world/contact_rates.hpp"
+#include "world/group_balance.hpp"
 #include "world/world.hpp"
 
 namespace rb {
@@ -66,7 +67,9 @@ class IslandAdvance {
   // Takes the height of rebounds that are over by the end out of the displacement. Fills `shift_`.
   void settle(double tau, bool last);
   void shift_to_end_velocities(double tau);
-  void return_angular_momentum();
+  // What turning contacts and displacements made of energy and angular momentum over tau.
+  void take_back(double tau);
+  BodyGain gain_of(std::size_t k, double tau) const;
   // Books what `carry` found as impulses of the contacts.
   void book();
   // Moves every body under `total_`, from the states saved by `mark`.
@@ -109,7 +112,7 @@ class IslandAdvance {
   std::vector<Vec3>& slip_before_ = work_.slip_before;  // u at the start of carry, contact frame
   std::vector<ContactDrift>& drifts_ = work_.drifts;    // per constraint
   std::vector<Vec6>& shift_ = work_.shift;              // m, rad; per body, or empty
-  std::vector<Vec3>& pushed_ = work_.pushed;  // kg m, on A, per settled contact: what shifts it
+  bool pushed_ = false;  // the shift is one that no momentum sees
   bool free_ = false;      // nothing immovable within reach: all momenta are the island's own
   bool at_start_ = false;  // the arms of the last solve are those at the start of its interval
   Vec3 reference_ = Vec3::Zero();  // m/s: problems are set up in the frame that moves along

@@ -1,8 +1,9 @@
 // Position correction: pushes overlapping bodies apart, and loaded contacts that have opened shut,
 // by the smallest displacement (in the metric of their masses) that separates them. It moves
-// positions only: both momenta stay, to the bit, but for what keeps the angular momentum of an
-// island among itself (world/pair_momentum.hpp). So that the kinetic energy L . J^-1 L / 2 stays as
-// well, a body does not turn about omega x L, the one axis along which turning changes it.
+// positions only: both momenta stay, to the bit, but for what keeps the angular momentum of a group
+// among itself and its energy from rising (world/group_balance.hpp). So that the kinetic energy
+// L . J^-1 L / 2 hardly changes, a body does not turn about omega x L, the one axis along which
+// turning changes it.
 #include "world/correct.hpp"
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 #include "solver/separation.hpp"
 #include "world/advance.hpp"
 #include "world/detect.hpp"
-#include "world/pair_momentum.hpp"
+#include "world/group_balance.hpp"
 #include "world/sleep.hpp"
 #include "world/step.hpp"
 
@@ -48,29 +49,33 @@ bool overlaps(const Contact& c, double most) {
 // Left alone, the next step would begin with a contact that is closed by its force only.
 bool has_opened(const Contact& c) { return c.active() && c.has_opened(); }
 
-// Of an island that meets nothing immovable: what the shift by `pushes` (kg m, contact frame, one
-// of each active contact) did to x x p goes back.
-void return_angular_momentum(World& world, std::span<const std::int32_t> contacts,
-                             const ContactProblem& problem, const std::vector<Vec3>& pushes) {
-  const bool is_free = std::all_of(contacts.begin(), contacts.end(), [&](std::int32_t i) {
-    return world.bodies[world.contacts[i].body_b].is_dynamic();
-  });
-  if (!is_free) return;
-  std::vector<Vec3>& changes = world.work.threads[0].pushed;
-  changes.clear();
-  const auto each_push = [&](const auto& visit) {
-    std::size_t n = 0;
-    for (const std::int32_t i : contacts) {
-      Contact& c = world.contacts[i];
-      if (c.active()) visit(n++, c, world.bodies[c.body_a], world.bodies[c.body_b]);
-    }
-  };
-  each_push([&](std::size_t n, const Contact&, const Body& a, const Body& b) {
-    const Vec3 push = problem.contacts[n].frame.transpose() * pushes[n];
-    changes.push_back(push.cross(a.linear_velocity() - b.linear_velocity()));
-  });
-  each_push(
-      [&](std::size_t n, Contact& c, Body& a, Body& b) { take_from_pair(a, b, c, changes[n]); });
+// Moves the bodies of an island, and takes back what that did to their energy and, where nothing
+// immovable takes it up, to x x p. `pushes` are of each active contact; empty: all of them pushed.
+void displace(World& world, std::span<const std::int32_t> rows,
+              std::span<const std::int32_t> contacts, const std::vector<Vec6>& by,
+              const std::vector<Vec3>& pushes) {
+  IslandWorkspace& work = world.work.threads[0];
+  std::vector<std::int32_t>& links = work.settled;
+  links.clear();
+  std::size_t n = 0;
+  for (const std::int32_t i : contacts) {
+    if (!world.contacts[i].active()) continue;
+    if (pushes.empty() || !pushes[n].isZero(0.0)) links.push_back(i);
+    ++n;
+  }
+  const Vec3 reference = world.bodies[rows.front()].linear_velocity();
+  work.gains.assign(rows.size(), {});
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    Body& body = world.bodies[rows[k]];
+    const double before = body.state.L.dot(body.angular_velocity());
+    shift_body(body, by[k]);
+    work.gains[k].energy = 0.5 * (body.state.L.dot(body.angular_velocity()) - before);
+    // Small islands: what lifts the bodies is what sinking too far has given them.
+    if (!pushes.empty()) work.gains[k].energy -= world.applied[rows[k]].force.dot(by[k].head<3>());
+    work.gains[k].angular =
+        by[k].head<3>().cross(body.inertia.mass * (body.linear_velocity() - reference));
+  }
+  take_back_gains(world, rows, world.contacts, links, work.gains, reference, work.groups);
 }
 
 // Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0, and = 0
@@ -120,9 +125,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
     work.solver.wide.forget();
     separate_bodies(problem, 0.01 * deepest, most_sweeps, work.solver.wide, work.velocity_before);
     work.solver.wide.use(nullptr);
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      shift_body(world.bodies[rows[k]], work.velocity_before[k]);
-    }
+    displace(world, rows, contacts, work.velocity_before, {});
     return;
   }
   work.solution.impulse.assign(problem.contacts.size(), Vec3::Zero());
@@ -136,16 +139,13 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   settings.minimum_norm = false;
   settings.max_work = world.settings.max_work;
   solve_contacts(problem, settings, work.solution, work.solver);
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    shift_body(world.bodies[rows[k]], work.solution.velocity[k]);
-  }
   std::size_t n = 0, back = one_way;
   for (const std::int32_t i : contacts) {
     const Contact& c = world.contacts[i];
     if (has_opened(c)) work.solution.impulse[n].x() -= work.solution.impulse[back++].x();
     n += c.active();
   }
-  return_angular_momentum(world, contacts, problem, work.solution.impulse);
+  displace(world, rows, contacts, work.solution.velocity, work.solution.impulse);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "contact/kinematics.hpp"
 #include "contact/problem.hpp"
 #include "solver/contact_solver.hpp"
+#include "world/group_balance.hpp"
 #include "world/stats.hpp"
 
 namespace rb {
@@ -36,10 +37,12 @@ struct IslandWorkspace {
   std::vector<RigidState> start, partner_start;
   std::vector<std::int32_t> partners, slides, active, settled;
   std::vector<Wrench> total;
-  std::vector<Vec3> slip_before, pushed;
+  std::vector<Vec3> slip_before;
   std::vector<ContactDrift> drifts;
   std::vector<Vec6> shift, velocity_before;
   ContactPoints points;
+  std::vector<BodyGain> gains;
+  GroupWorkspace groups;
 
   // Of all islands this thread moved in the step.
   std::vector<Contact> replaced;  // of islands whose contacts were found again on the way

@@ -1,10 +1,10 @@
 // The Zeno rule for rebounds that would end within the interval: a touching contact that parts now
 // and carries force by the end of it was open for a moment only. The velocities at the end are
 // right as they are; the displacement must not keep the height of a bounce that is over.
+#include "body/state.hpp"
 #include "math/rotation.hpp"
 #include "solver/contact_operators.hpp"
 #include "world/advance.hpp"
-#include "world/pair_momentum.hpp"
 
 namespace rb {
 
@@ -28,7 +28,7 @@ void IslandAdvance::shift_to_end_velocities(double tau) {
 
 void IslandAdvance::settle(double tau, bool last) {
   shift_.clear();
-  pushed_.clear();
+  pushed_ = false;
   // A gap that closes within the interval is bounded at the end's velocity: move with that one.
   if (closes_gap() || (free_ && last && at_start_)) return shift_to_end_velocities(tau);
   IslandWorkspace& work = work_;
@@ -70,27 +70,47 @@ void IslandAdvance::settle(double tau, bool last) {
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     shift_.push_back((0.5 * tau) * (work_.settle_solution.velocity[k] - before[k]));
   }
-  if (!free_) return;
-  for (std::size_t n = 0; n < work_.settled.size(); ++n) {
-    Vec3 push = Vec3::Zero();
-    for (const std::size_t way : {2 * n, 2 * n + 1}) {
-      push += problem.contacts[way].frame.transpose() * work_.settle_solution.impulse[way];
-    }
-    pushed_.push_back((0.5 * tau) * push);
-  }
+  pushed_ = true;
 }
 
-// What the shift did to x x p.
-void IslandAdvance::return_angular_momentum() {
-  for (std::size_t n = 0; n < pushed_.size(); ++n) {
-    const Contact& c = contacts[work_.settled[n]];
-    pushed_[n] = pushed_[n].cross(world_.bodies[c.body_a].linear_velocity() -
-                                  world_.bodies[c.body_b].linear_velocity());
+// What body k gained over tau, by contact forces on its way and by the shift.
+BodyGain IslandAdvance::gain_of(std::size_t k, double tau) const {
+  const Body& body = world_.bodies[rows_[k]];
+  const RigidState& start = start_[k];
+  const Wrench& outside = world_.applied[rows_[k]];
+  const Vec3 v0 = linear_velocity(start, body.inertia) - reference_;
+  const Vec3 v1 = body.linear_velocity() - reference_;
+  const Vec3 w0 = angular_velocity(start, body.inertia);
+  const Vec3 w1 = body.angular_velocity();
+  const Vec3 mean = 0.5 * (v0 + v1);
+  BodyGain gain;
+  gain.impulse = tau * (total_[k].force - outside.force);
+  gain.energy = gain.impulse.dot(mean) + 0.5 * (body.state.L.dot(w1) - start.L.dot(w0));
+  if (!outside.torque.isZero(0.0)) {
+    // Half of it acts at the start, half at the end (body/free_motion.cpp).
+    const Vec3 kick = (0.5 * tau) * total_[k].torque;
+    const Vec3 kicked = w0 + world_inverse_inertia(start.q, body.inertia) * kick;
+    const Vec3 unkicked = w1 - world_inverse_inertia(body.state.q, body.inertia) * kick;
+    gain.energy -= (0.25 * tau) * outside.torque.dot(w0 + kicked + unkicked + w1);
   }
-  for (std::size_t n = 0; n < pushed_.size(); ++n) {
-    Contact& c = contacts[work_.settled[n]];
-    take_from_pair(world_.bodies[c.body_a], world_.bodies[c.body_b], c, pushed_[n]);
+  if (shift_.empty()) return gain;
+  const Vec3 shift = shift_[k].head<3>();
+  gain.energy -= outside.force.dot(shift);
+  if (pushed_) gain.angular = shift.cross(body.inertia.mass * v1);
+  return gain;
+}
+
+void IslandAdvance::take_back(double tau) {
+  if (active_.empty() || (shift_.empty() && !turning(tau))) return;
+  std::vector<std::int32_t>& links = work_.settled;
+  links.clear();
+  for (std::size_t n = 0; n < active_.size(); ++n) {
+    if (!work_.solution.impulse[n].isZero(0.0)) links.push_back(active_[n]);
   }
+  if (links.empty()) return;
+  work_.gains.clear();
+  for (std::size_t k = 0; k < rows_.size(); ++k) work_.gains.push_back(gain_of(k, tau));
+  take_back_gains(world_, rows_, contacts, links, work_.gains, reference_, work_.groups);
 }
 
 void shift_body(Body& body, const Vec6& d) {
