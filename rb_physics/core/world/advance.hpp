@@ -52,7 +52,8 @@ class IslandAdvance {
   Materials look_at_materials() const;
   void solve_at_once(double h);
   void hold(double h);
-  void close_gaps(double h);
+  bool close_gaps(double h);
+  void take_back_at_once(double h, bool closed);
   // Impacts at the present instant: touching contacts that approach faster than rest explains (S13,
   // S14).
   void strike();

@@ -59,7 +59,33 @@ void IslandAdvance::solve_at_once(double h) {
   work_.solver.wide.share_range(rows_.size(), kFewBodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) move_body(k, h);
   });
-  close_gaps(h);
+  const bool closed = close_gaps(h);
+  take_back_at_once(h, closed);
+}
+
+// What `take_back` does for small islands, where the island gained anything.
+void IslandAdvance::take_back_at_once(double h, bool closed) {
+  std::vector<BodyGain>& gains = work_.gains;
+  gains.resize(rows_.size());
+  pushed_ = false;
+  work_.solver.wide.share_range(rows_.size(), kFewBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      gains[k] = gain_of(k, h);
+      if (!closed || !free_) continue;
+      const Body& body = world_.bodies[rows_[k]];
+      gains[k].angular = work_.velocity_before[k].head<3>().cross(
+          body.inertia.mass * (body.linear_velocity() - reference_));
+    }
+  });
+  double energy = 0.0;
+  for (const BodyGain& gain : gains) energy += gain.energy;
+  if (!(energy > 0.0) && !(closed && free_)) return;
+  std::vector<std::int32_t>& links = work_.settled;
+  links.clear();
+  for (std::size_t n = 0; n < active_.size(); ++n) {
+    if (closed || !work_.solution.impulse[n].isZero(0.0)) links.push_back(active_[n]);
+  }
+  take_back_gains(world_, rows_, contacts, links, gains, reference_, work_.groups);
 }
 
 // What `carry` and `book` do for small islands, with every gap within reach and nothing else to
@@ -138,8 +164,9 @@ IslandAdvance::Materials IslandAdvance::look_at_materials() const {
   return {rebound, moments};
 }
 
-// Takes out the overlap that the motion just made, with gaps that are linear in it.
-void IslandAdvance::close_gaps(double h) {
+// Takes out the overlap that the motion just made, with gaps that are linear in it. Returns whether
+// there was any; the displacements are in `velocity_before`.
+bool IslandAdvance::close_gaps(double h) {
   constexpr int most_sweeps = 24;
   constexpr double may_stay = 3e3;  // times the touch distance: the next step sees it
   ContactProblem& problem = work_.problem;
@@ -164,7 +191,7 @@ void IslandAdvance::close_gaps(double h) {
     deepest = std::fmax(deepest, my_deepest);
     slack = std::fmin(slack, my_slack);
   });
-  if (!(deepest > slack)) return;
+  if (!(deepest > slack)) return false;
   wide.share_range(rows_.size(), kFewBodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       problem.velocity[k].setZero();
@@ -181,6 +208,7 @@ void IslandAdvance::close_gaps(double h) {
       shift_body(world_.bodies[rows_[k]], work_.velocity_before[k]);
     }
   });
+  return true;
 }
 
 }  // namespace rb
