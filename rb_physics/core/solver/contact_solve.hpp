@@ -55,6 +55,7 @@ struct ContactSolve {
   // Slips against a static coefficient: the kinetic one from now on. True if any changed.
   bool release_sliding(double typical_velocity);
   bool accept_warm_start();
+  void lose_energy();
   void run();
 
   // solver/swept_solve.cpp
@@ -76,6 +77,8 @@ struct ContactSolve {
   // A start for Newton where sweeps leave too much open. Kept if it is nearer.
   void interior();
   void solve_direct();
+  // Few contacts: from the answer without friction.
+  void follow_friction();
   // Where friction is strong, Newton may circle around a start that is near: another one, from what
   // each contact asks for by itself, so that neither the order of the contacts nor the axes matter.
   void start_elsewhere(int number);

@@ -121,7 +121,29 @@ void ContactSolve::run() {
     }
     break;
   }
+  if (report.residual > tolerance::residual_ceiling) lose_energy();
   report.factorizations = ws.space.factorizations();
+}
+
+// What is not solved must not gain energy: f . (A f + 2 u-) <= 0. Impulses in one proportion stay in
+// their cones.
+void ContactSolve::lose_energy() {
+  double turned = 0.0, approach = 0.0;  // f . A f, f . u-
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    const ContactConstraint& c = problem.contacts[i];
+    const Vec3 before = relative_velocity(c, problem.velocity);
+    approach += io.impulse[i].dot(before);
+    turned += io.impulse[i].dot(relative_velocity(c, ws.v) - before);
+    if (io.moment.empty()) continue;
+    const Vec3 spin = relative_spin(c, problem.velocity);
+    approach += io.moment[i].dot(spin);
+    turned += io.moment[i].dot(relative_spin(c, ws.v) - spin);
+  }
+  if (!(turned + 2.0 * approach > 0.0)) return;
+  const double share = std::max(0.0, -approach / turned);  // where the energy is least
+  for (Vec3& f : io.impulse) f *= share;
+  for (Vec3& m : io.moment) m *= share;
+  measure();
 }
 
 SolveReport solve_contacts(const ContactProblem& problem, const SolverSettings& settings,

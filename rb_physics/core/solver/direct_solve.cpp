@@ -6,6 +6,7 @@
 
 #include "solver/contact_operators.hpp"
 #include "solver/contact_solve.hpp"
+#include "solver/friction_path.hpp"
 #include "solver/interior_point.hpp"
 
 namespace rb {
@@ -92,6 +93,12 @@ void ContactSolve::solve_direct() {
   }
   bool central = !io.moment.empty() || !large();
   double best = std::numeric_limits<double>::infinity();
+  const auto keep_best = [&] {
+    if (!(report.residual < best)) return;
+    best = report.residual;
+    ws.best_impulse = io.impulse;
+    ws.best_moment = io.moment;
+  };
   const int attempts = jam() ? std::min(settings.newton_attempts, 1) : settings.newton_attempts;
   for (int k = 0; k < attempts && !reached(k) && !out_of_work(); ++k) {
     // What is left is the rounding of an ill-conditioned island: no use to insist.
@@ -100,24 +107,34 @@ void ContactSolve::solve_direct() {
       interior();
       central = true;
       if (report.residual <= target) break;
-    } else if (k > kRetries && k <= kRetries + kStarts && !large()) {
-      start_elsewhere(k - kRetries - 1);
+    } else if (k == kRetries + 1 && !large()) {
+      follow_friction();
+      keep_best();
+      if (report.residual <= std::max(target, settings.enough)) break;
+    } else if (k > kRetries + 1 && k <= kRetries + 1 + kStarts && !large()) {
+      start_elsewhere(k - kRetries - 2);
     } else if (k > 0) {
       sweep(kRetrySweeps << (k <= kRetries || large() ? k - 1 : k - kStarts - 1));
     }
     newton(k, kSoftness, jam() ? 10 : 30);
     measure();
-    if (report.residual < best) {
-      best = report.residual;
-      ws.best_impulse = io.impulse;
-      ws.best_moment = io.moment;
-    }
+    keep_best();
   }
   if (report.residual > best) {
     io.impulse = ws.best_impulse;
     io.moment = ws.best_moment;
     measure();
   }
+}
+
+void ContactSolve::follow_friction() {
+  constexpr int most_steps = 1500;
+  const FrictionPathReport r =
+      friction_path(problem, ws.scales, ws.cones, most_steps, io.impulse, io.moment);
+  const double n = (io.moment.empty() ? 3.0 : 6.0) * static_cast<double>(problem.contacts.size());
+  report.newton_steps += r.steps;
+  work += r.steps * n * n * n / 300.0;
+  measure();
 }
 
 void ContactSolve::start_elsewhere(int number) {

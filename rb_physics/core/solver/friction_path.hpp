@@ -1,0 +1,25 @@
+// For few contacts that jam, where Newton finds no way in: the answer without friction is easy to
+// find, and is followed while all coefficients grow in one proportion to what they are.
+#pragma once
+
+#include <vector>
+
+#include "contact/problem.hpp"
+#include "solver/friction_cone.hpp"
+#include "solver/residual.hpp"
+
+namespace rb {
+
+struct FrictionPathReport {
+  int steps = 0;  // Newton steps, each with a dense factorisation
+  bool arrived = false;
+};
+
+// Newton on the natural map (residual.hpp) with a line search, along the path. Impulses and moments
+// (empty: none) are the answer, or the nearest that was found on the way; what they were is of no
+// matter. Dense: the cost of a step grows with the cube of the number of contacts.
+FrictionPathReport friction_path(const ContactProblem& problem, const ContactScales& scales,
+                                 const std::vector<FrictionCone>& cones, int max_steps,
+                                 std::vector<Vec3>& impulse, std::vector<Vec3>& moment);
+
+}  // namespace rb
