@@ -125,8 +125,8 @@ void ContactSolve::run() {
   report.factorizations = ws.space.factorizations();
 }
 
-// What is not solved must not gain energy: f . (A f + 2 u-) <= 0. Impulses in one proportion stay in
-// their cones.
+// What is not solved must not gain energy: f . (A f + 2 u-) <= 0. Impulses in one proportion stay
+// in their cones.
 void ContactSolve::lose_energy() {
   double turned = 0.0, approach = 0.0;  // f . A f, f . u-
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {

@@ -113,7 +113,7 @@ class IslandAdvance {
   std::vector<Vec3>& slip_before_ = work_.slip_before;  // u at the start of carry, contact frame
   std::vector<ContactDrift>& drifts_ = work_.drifts;    // per constraint
   std::vector<Vec6>& shift_ = work_.shift;              // m, rad; per body, or empty
-  bool pushed_ = false;  // the shift is one that no momentum sees
+  bool pushed_ = false;                                 // the shift is one that no momentum sees
   bool free_ = false;      // nothing immovable within reach: all momenta are the island's own
   bool at_start_ = false;  // the arms of the last solve are those at the start of its interval
   Vec3 reference_ = Vec3::Zero();  // m/s: problems are set up in the frame that moves along

@@ -16,10 +16,10 @@ struct World;
 
 // What one body of an island has gained.
 struct BodyGain {
-  double energy = 0.0;           // J, kinetic, less the work done on it from outside, as seen from
-                                 // the frame that moves with `reference`
-  Vec3 impulse = Vec3::Zero();   // N s, of contacts: what the energy is in other frames
-  Vec3 angular = Vec3::Zero();   // N m s, of x x p, by displacements
+  double energy = 0.0;          // J, kinetic, less the work done on it from outside, as seen from
+                                // the frame that moves with `reference`
+  Vec3 impulse = Vec3::Zero();  // N s, of contacts: what the energy is in other frames
+  Vec3 angular = Vec3::Zero();  // N m s, of x x p, by displacements
 };
 
 // Scratch memory.
