@@ -39,8 +39,9 @@ constexpr double slack = 0.01;  // of the touch distance: rounding is left alone
 constexpr int passes = 4;       // the gaps are linearised: curved ones take another look
 
 // Times the touch distance: large islands are put right once in every step (world/one_solve.cpp),
-// and what turning makes of that is left to the next one.
-constexpr double large_slack = 3e4;
+// and what turning makes of that, up to 3e-4 of the size of the smaller body, is left to the next
+// one.
+constexpr double large_slack = 3e5;
 
 bool overlaps(const Contact& c, double most) {
   return c.active() && c.point.separation < -most * c.touch;
