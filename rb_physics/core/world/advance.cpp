@@ -58,11 +58,11 @@ void IslandAdvance::run(double h) {
   while (true) {
     strike();
     mark();
-    const bool fast = may_pass(left);
-    const bool by_events = always || fast || rebound_ahead(left);
     // A search that met its cap took as long as many.
-    const auto work = events + 4 * (iteration_caps() - caps_before);
-    const bool spent = by_events && work >= (fast ? most_fast_events : most_events) + pieces;
+    const auto work = events + 4 * (iteration_caps() - caps_before) - pieces;
+    const bool fast = (!always || work >= most_events) && may_pass(left);
+    const bool by_events = always || fast || rebound_ahead(left);
+    const bool spent = by_events && work >= (fast ? most_fast_events : most_events);
     capped |= spent;
     const bool guarded = spent && fast;  // then it waits where it meets something
     const bool last = !by_events || (spent && !fast);
