@@ -42,6 +42,7 @@ constexpr int passes = 4;       // the gaps are linearised: curved ones take ano
 // and what turning makes of that, up to 3e-4 of the size of the smaller body, is left to the next
 // one.
 constexpr double large_slack = 3e5;
+constexpr int large_passes = 2;  // a heap that moves has other overlaps in the next step
 
 bool overlaps(const Contact& c, double most) {
   return c.active() && c.point.separation < -most * c.touch;
@@ -175,7 +176,8 @@ void correct_positions(World& world) {
       const bool large = is_large_island(contacts.size());
       const bool needed = std::any_of(contacts.begin(), contacts.end(), [&](std::int32_t i) {
         const Contact& c = world.contacts[i];
-        return overlaps(c, large ? large_slack : slack) || (pass == 0 && !large && has_opened(c));
+        if (large) return pass < large_passes && overlaps(c, large_slack);
+        return overlaps(c, slack) || (pass == 0 && has_opened(c));
       });
       if (!needed) continue;
       separate(world, island, contacts);
