@@ -67,11 +67,12 @@ Vec3 velocity_at(const Body& body, const Vec3& p) {
 }
 
 bool covers(const World& world, const Support& s, const View& v) {
+  if (s.collider == v.piece()) return false;
   const Vec3& p = v.on_piece();
   const double level = s.touch + v.contact->touch;
   const double above = s.normal.dot(p) - s.height;
   if (above > level || above < std::fmin(0.0, s.separation) - level) return false;
-  if (s.collider == v.piece() || along(v, s.normal)) return false;
+  if (along(v, s.normal)) return false;
   if (reach_along(world, v.piece(), s.normal) > s.height + level) return false;
   if (s.body == v.piece_body()) return true;
   // They stay level over the next step.
