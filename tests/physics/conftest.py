@@ -1,5 +1,5 @@
 """Makes `benchmarks` importable: tests and the accuracy table play the same cases
-(`benchmarks/accuracy_cases.py`)."""
+(`benchmarks/accuracy_cases`)."""
 
 import sys
 from pathlib import Path

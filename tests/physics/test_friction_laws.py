@@ -208,3 +208,25 @@ def test_angular_momentum_of_thrown_boxes_about_a_fixed_point():
         # Momenta stay to rounding; what shows in x cross p is how far bodies are moved without them
         # (overlaps, rebounds that are over by the step's end): some 1e-6 m in these steps.
         np.testing.assert_allclose(world.angular_momentum, before, atol=1e-5 * scale)
+
+
+def test_static_friction_holds_up_to_its_own_limit():
+    """Pushed slowly harder, the box starts at static mu; once it slides, kinetic mu acts."""
+    world = rb.World(dt=1e-3)
+    common = {"friction": 0.3, "static_friction": 0.5}
+    world.add_body(rb.HalfSpace(normal=(0, 0, 1), offset=0.0), type="static", **common)
+    box = world.add_body(rb.Box((0.1, 0.1, 0.02)), mass=1.0, position=(0, 0, 0.02), **common)
+    started = None
+    for n in range(3000):
+        push = 2.0 * n * world.dt
+        box.apply_wrench(force=(push, 0, 0), point=(0, 0, -0.02), frame="body", duration=0)
+        world.step()
+        if np.linalg.norm(box.linear_velocity) > 1e-9:
+            started = push
+            break
+        assert box.contact_wrench[0][0] == pytest.approx(-push, abs=1e-9)
+    assert started == pytest.approx(0.5 * G, abs=2.0 * world.dt)
+    box.apply_wrench(force=(started, 0, 0), point=(0, 0, -0.02), frame="body")
+    v = box.linear_velocity[0]
+    world.step(100)
+    assert box.linear_velocity[0] - v == pytest.approx((started - 0.3 * G) * 0.1, abs=1e-9)

@@ -11,7 +11,9 @@ import rb_physics as rb
 from benchmarks.stage import multiply, rotation, turn
 
 TOLERANCE = 1e-10  # the project's own bound for all invariances, in m, m/s, rad/s
-NUDGE = 1e-12  # m; a scene in which it grows beyond the tolerance is chaotic and tells nothing
+# m (of the scene's size), m/s, rad/s: a scene in which one of three random nudges of all positions
+# and velocities grows beyond the tolerance is chaotic and tells nothing.
+NUDGE, NUDGES = 1e-12, 3
 FLIP = np.array([1, -1, 1.0])  # mirror at y = 0; spins are pseudovectors
 
 
@@ -136,17 +138,27 @@ def changes(scene: Scene, seed: int) -> dict[str, dict]:
     }
 
 
+def nudged(seed: int, stepper: str, number: int) -> Scene:
+    scene = random_scene(seed, stepper)
+    rng = np.random.default_rng([seed, 2, number])
+    for t in scene.things:
+        t.x = t.x + NUDGE * scene.size * rng.normal(size=3)
+        t.v = t.v + NUDGE * rng.normal(size=3)
+        t.w = t.w + NUDGE * rng.normal(size=3)
+    return scene
+
+
+def is_apart(play: Play, track: list[np.ndarray], allowed: float) -> bool:
+    return any(np.abs(play.after_a_step() - at).max() > allowed for at in track)
+
+
 def first_differences(seed: int, stepper: str, steps: int) -> dict | None:
     """Per change: the first step that differs, and by how much. None: chaotic."""
     scene = random_scene(seed, stepper)
     base = Play(scene)
     track = [base.after_a_step() for _ in range(steps)]
-    nudged = random_scene(seed, stepper)
-    for k, t in enumerate(nudged.things):
-        t.x = t.x + NUDGE * scene.size * (k + 1) * np.array([1, 2, 3])
-    near = Play(nudged)
     allowed = TOLERANCE * max(1.0, np.abs(track[-1]).max())
-    if max(np.abs(near.after_a_step() - at).max() for at in track) > allowed:
+    if any(is_apart(Play(nudged(seed, stepper, k)), track, allowed) for k in range(NUDGES)):
         return None
     found = {}
     for name, change in changes(scene, seed).items():
@@ -169,12 +181,14 @@ def test_fifty_steps(stepper):
 @pytest.mark.soak
 @pytest.mark.parametrize("stepper", ["fixed", "event"])
 def test_fifty_steps_of_many(stepper):
-    """In a few of a thousand scenes rounding puts an event on the other side of a threshold (touch,
-    rest): the change is small, and counted."""
+    """In one of a thousand scenes rounding decides whether a contact touches, or about one more of some
+    thirty impacts of a rattling body within a step. Few nudges tell these; the change is small, and
+    counted."""
     results = {seed: first_differences(seed, stepper, 50) for seed in range(10_000, 12_000)}
     different = {seed: r for seed, r in results.items() if r}
     assert all(d < 1e-5 for r in different.values() for _, d in r.values()), different
-    assert len(different) <= 10, different
+    assert len(different) <= 3, different
+    assert sum(r is None for r in results.values()) <= 60
 
 
 @pytest.mark.parametrize("stepper", ["fixed", "event"])

@@ -218,8 +218,12 @@ double IslandAdvance::next_contact_time(double tau) {
 }
 
 double IslandAdvance::next_stick_time(double tau) {
-  constexpr std::size_t most_contacts = 8;  // larger islands take the first-order error of a stop
-  constexpr double least_share = 1e-3;      // of tau: a stop sooner than that is left unresolved
+  // Larger islands take the error of a stop, of second order in dt.
+  const std::size_t most_contacts =
+      world_.settings.stepper == Stepper::EVENT
+          ? 64
+          : static_cast<std::size_t>(std::max(world_.settings.max_event_contacts, 0));
+  constexpr double least_share = 1e-3;  // of tau: a stop sooner than that is left unresolved
   if (active_.size() > most_contacts) return tau;
   const IslandWorkspace& work = work_;
   // A slide ends (or turns back) within the interval where the slip at its end is not along the
