@@ -230,3 +230,26 @@ def test_static_friction_holds_up_to_its_own_limit():
     v = box.linear_velocity[0]
     world.step(100)
     assert box.linear_velocity[0] - v == pytest.approx((started - 0.3 * G) * 0.1, abs=1e-9)
+
+
+@pytest.mark.parametrize(("stepper", "boxes"), [("fixed", 2), ("fixed", 4), ("event", 6)])
+def test_a_stack_slides_to_rest_as_one(stepper, boxes):
+    """v² / (2 μ g), straight on, for islands that have their slides' ends looked for."""
+    friction, speed, heading = 0.3, 1.3, np.array([np.cos(0.4), np.sin(0.4), 0])
+    world = rb.World(dt=5e-3, stepper=stepper)
+    world.add_body(rb.HalfSpace((0, 0, 1), 0), type="static", friction=friction)
+    stack = [
+        world.add_body(
+            rb.Box((0.2, 0.2, 0.02)),
+            mass=1 + k,
+            position=(0, 0, 0.02 + 0.04 * k),
+            linear_velocity=speed * heading,
+            friction=friction,
+        )
+        for k in range(boxes)
+    ]
+    world.step(110)
+    for box in stack:
+        stop = speed**2 / (2 * friction * G) * heading
+        np.testing.assert_allclose(box.com_position[:2], stop[:2], rtol=0, atol=CLOSE)
+        np.testing.assert_allclose(box.linear_velocity, 0, atol=CLOSE)

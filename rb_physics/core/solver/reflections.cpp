@@ -63,15 +63,27 @@ NormalImpact reflections_impact(const ContactProblem& problem, SolverWorkspace& 
     return normal_speeds(problem, out.velocity);
   };
   // One coefficient for all blends two feasible answers: feasible. Different ones may not be: then
-  // the least of those that are struck serves all.
-  const Eigen::VectorXd after = finish(epsilon);
-  if (after.minCoeff() < -tiny || gains_energy(out.impulse, before, after)) {
-    double least = 1.0;
-    for (Eigen::Index i = 0; i < nc; ++i) {
-      if (before[i] < -tiny) least = std::min(least, epsilon[i]);
-    }
-    finish(Eigen::VectorXd::Constant(nc, least));
+  // as near to them as is, from the least of those that are struck.
+  const Eigen::VectorXd aim = finish(epsilon);
+  const Eigen::VectorXd aimed = out.impulse;
+  if (aim.minCoeff() >= -tiny && !gains_energy(aimed, before, aim)) return out;
+  double least = 1.0;
+  for (Eigen::Index i = 0; i < nc; ++i) {
+    if (before[i] < -tiny) least = std::min(least, epsilon[i]);
   }
+  const Eigen::VectorXd sure = finish(Eigen::VectorXd::Constant(nc, least));
+  const Eigen::VectorXd surely = out.impulse;
+  double low = 0.0, high = 1.0;  // share of what was aimed at; all of it is linear in the share
+  for (int k = 0; k < 50; ++k) {
+    const double share = 0.5 * (low + high);
+    const Eigen::VectorXd after = sure + share * (aim - sure);
+    const bool feasible = after.minCoeff() >= std::min(sure.minCoeff(), 0.0) &&
+                          !gains_energy(surely + share * (aimed - surely), before, after);
+    (feasible ? low : high) = share;
+  }
+  out.impulse = surely + low * (aimed - surely);
+  out.velocity = problem.velocity;
+  apply_normal_impulses(problem, out.impulse, out.velocity);
   return out;
 }
 
