@@ -125,9 +125,9 @@ void ContactSolve::run() {
   report.factorizations = ws.space.factorizations();
 }
 
-// What is not solved must not gain energy: f . (A f + 2 u-) <= 0. Impulses in one proportion stay
-// in their cones.
-void ContactSolve::lose_energy() {
+// Of the impulses, f . (A f + 2 u-) > 0: the share of them that has the least energy. 1 if they
+// gain none.
+double ContactSolve::harmless_share() const {
   double turned = 0.0, approach = 0.0;  // f . A f, f . u-
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     const ContactConstraint& c = problem.contacts[i];
@@ -139,8 +139,22 @@ void ContactSolve::lose_energy() {
     approach += io.moment[i].dot(spin);
     turned += io.moment[i].dot(relative_spin(c, ws.v) - spin);
   }
-  if (!(turned + 2.0 * approach > 0.0)) return;
-  const double share = std::max(0.0, -approach / turned);  // where the energy is least
+  return turned + 2.0 * approach > 0.0 ? std::max(0.0, -approach / turned) : 1.0;
+}
+
+// What is not solved must not gain energy. Impulses in one proportion stay in their cones.
+void ContactSolve::lose_energy() {
+  constexpr int sweeps = 60;
+  constexpr double worthless = 0.5;  // little of them is left: sweeps from nothing do better
+  double share = harmless_share();
+  if (share < worthless && !out_of_work()) {
+    std::fill(io.impulse.begin(), io.impulse.end(), Vec3::Zero());
+    std::fill(io.moment.begin(), io.moment.end(), Vec3::Zero());
+    sweep(sweeps);
+    measure();
+    share = harmless_share();
+  }
+  if (share == 1.0) return;
   for (Vec3& f : io.impulse) f *= share;
   for (Vec3& m : io.moment) m *= share;
   measure();
