@@ -48,21 +48,22 @@ void IslandAdvance::run(double h) {
       event_stepper ? std::max(settings.max_events, 1000)
                     : std::clamp(share, std::min(2, settings.max_events), settings.max_events);
   // What moves fast enough to get through a wall has more.
-  const int most_fast_events = event_stepper ? most_events : 8 * most_events;
+  const int most_fast_events = most_events + 7 * std::min(most_events, settings.max_events);
   int events = 0;
   int pieces = 0;  // of what turns: each may part a contact that is struck again at once
   double left = h;
   find_partners();
   bool capped = false;
-  const std::int64_t caps_before = iteration_caps();
+  caps_before_ = iteration_caps();
   while (true) {
     strike();
     mark();
     // A search that met its cap took as long as many.
-    const auto work = events + 4 * (iteration_caps() - caps_before) - pieces;
+    const auto work = events + 4 * (iteration_caps() - caps_before_) - pieces;
     const bool fast = (!always || work >= most_events) && may_pass(left);
     const bool by_events = always || fast || rebound_ahead(left);
     const bool spent = by_events && work >= (fast ? most_fast_events : most_events);
+    hurried_ = fast && work >= most_events;
     capped |= spent;
     const bool guarded = spent && fast;  // then it waits where it meets something
     const bool last = !by_events || (spent && !fast);

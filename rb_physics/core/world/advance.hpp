@@ -80,6 +80,7 @@ class IslandAdvance {
   // Earliest time in (0, tau) at which a contact that does not touch yet closes, else tau.
   double next_contact_time(double tau);  // fills `met_`
   double contact_time_of_pair(const ColliderPair& pair, double tau);
+  double unhurt_until(const ColliderPair& pair, double t, double tau);
   bool may_pass(double t) const;
   void wait(double t);
   // Earliest time in (0, tau) at which a sliding contact comes to stick, else tau.
@@ -120,6 +121,8 @@ class IslandAdvance {
   double residual_ = 0.0;          // of the last carry: only the one that moves the bodies counts
   double elapsed_ = 0.0;           // s since the step began
   ColliderPair met_;               // what the last contact time is of
+  std::int64_t caps_before_ = 0;   // iteration_caps() when the step began
+  bool hurried_ = false;           // the usual events are used up: contact times are rougher
 };
 
 }  // namespace rb

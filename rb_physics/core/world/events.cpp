@@ -7,6 +7,7 @@
 #include "body/angular_bounds.hpp"
 #include "body/free_motion.hpp"
 #include "collision/extent.hpp"
+#include "collision/iteration_caps.hpp"
 #include "collision/queries.hpp"
 #include "collision/surface_contacts.hpp"
 #include "collision/sweep.hpp"
@@ -137,8 +138,12 @@ std::optional<double> IslandAdvance::impact_of_pair(const ColliderPair& pair, do
   };
   const FreeSweep sweep_a = sweep_of(a.body);
   const FreeSweep sweep_b = sweep_of(b.body);
-  return time_of_impact(a.shape, PartSweep(sweep_a, a.local), b.shape, PartSweep(sweep_b, b.local),
-                        t_max);
+  // Where one search ran out, the next ones would.
+  const int most_queries =
+      iteration_caps() > caps_before_ ? usual_distance_queries / 10 : usual_distance_queries;
+  return find_time_of_impact(a.shape, PartSweep(sweep_a, a.local), b.shape,
+                             PartSweep(sweep_b, b.local), t_max, most_queries)
+      .time;
 }
 
 // Earliest time in (0, tau) at which the pair meets anew, else tau.
@@ -206,10 +211,38 @@ double IslandAdvance::contact_time_of_pair(const ColliderPair& pair, double tau)
   return high;
 }
 
+// What turns fast on its contact closes it again at once, with hardly any speed: an event each. In
+// a hurry such a pair is left alone for so long that it overlaps by next to nothing of its width.
+double IslandAdvance::unhurt_until(const ColliderPair& pair, double t, double tau) {
+  constexpr double little = 1e-3;
+  const Collider& a = world_.colliders[pair.a];
+  const Collider& b = world_.colliders[pair.b];
+  const double deep = little * std::fmin(a.width + b.width, 2.0 * std::fmin(a.size, b.size));
+  double acceleration = 0.0;  // m/s^2, of the surfaces toward each other
+  for (const std::int32_t row : {a.body, b.body}) {
+    const Body& body = world_.bodies[row];
+    const double spin = body.angular_velocity().norm();
+    acceleration += spin * spin * world_.reach[row];
+    if (!body.is_dynamic()) continue;
+    const std::int32_t k = world_.work.index_of[row];
+    acceleration += body.inertia.inv_mass * total_[k].force.norm();
+  }
+  if (!(acceleration > 0.0) || !std::isfinite(acceleration)) return t;
+  const double until = std::fmin(std::sqrt(2.0 * deep / acceleration), tau);
+  if (!(t < until)) return t;
+  work_.points.clear();
+  find_contacts(a.shape, pose_at(a.body, until) * a.local, b.shape,
+                pose_at(b.body, until) * b.local, 0.0, work_.points);
+  const bool hurt = std::any_of(work_.points.begin(), work_.points.end(),
+                                [&](const auto& p) { return p.separation < -2.0 * deep; });
+  return hurt ? t : until;
+}
+
 double IslandAdvance::next_contact_time(double tau) {
   double earliest = tau;
   for (const ColliderPair& pair : pairs) {
-    const double t = contact_time_of_pair(pair, earliest);
+    double t = contact_time_of_pair(pair, earliest);
+    if (hurried_ && t < earliest) t = unhurt_until(pair, t, earliest);
     if (!(t < earliest)) continue;
     earliest = t;
     met_ = pair;
