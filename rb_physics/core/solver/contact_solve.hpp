@@ -78,8 +78,8 @@ struct ContactSolve {
   // A start for Newton where sweeps leave too much open. Kept if it is nearer.
   void interior();
   void solve_direct();
-  // Few contacts: from the answer without friction.
-  void follow_friction();
+  // Few contacts: from where it is, then (but for a step) from the answer without friction.
+  void follow_friction(int most_steps);
   // Where friction is strong, Newton may circle around a start that is near: another one, from what
   // each contact asks for by itself, so that neither the order of the contacts nor the axes matter.
   void start_elsewhere(int number);

@@ -108,9 +108,12 @@ void ContactSolve::solve_direct() {
       central = true;
       if (report.residual <= target) break;
     } else if (k == kRetries + 1 && !large()) {
-      follow_friction();
+      follow_friction(1500);
       keep_best();
       if (report.residual <= std::max(target, settings.enough)) break;
+    } else if (k == kRetries + 2 && !large() && io.moment.empty()) {
+      start_elsewhere(0);
+      interior();
     } else if (k > kRetries + 1 && k <= kRetries + 1 + kStarts && !large()) {
       start_elsewhere(k - kRetries - 2);
     } else if (k > 0) {
@@ -120,15 +123,20 @@ void ContactSolve::solve_direct() {
     measure();
     keep_best();
   }
-  if (report.residual > best) {
+  const auto take_best = [&] {
+    if (!(report.residual > best)) return;
     io.impulse = ws.best_impulse;
     io.moment = ws.best_moment;
     measure();
-  }
+  };
+  take_best();
+  if (large() || report.residual <= settings.enough || out_of_work()) return;
+  keep_best();
+  follow_friction(1);  // from there, on the map that judges
+  take_best();
 }
 
-void ContactSolve::follow_friction() {
-  constexpr int most_steps = 1500;
+void ContactSolve::follow_friction(int most_steps) {
   const FrictionPathReport r =
       friction_path(problem, ws.scales, ws.cones, most_steps, io.impulse, io.moment);
   const double n = (io.moment.empty() ? 3.0 : 6.0) * static_cast<double>(problem.contacts.size());

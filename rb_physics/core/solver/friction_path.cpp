@@ -27,8 +27,10 @@ constexpr double kSoftness = 1e-13;  // relative: redundant contacts share
 class Path {
  public:
   Path(const ContactProblem& problem, const ContactScales& scales,
-       const std::vector<FrictionCone>& cones, bool moments)
-      : problem_(problem), scales_(scales), cones_(cones), width_(moments ? 6 : 3) {
+       const std::vector<FrictionCone>& cones, const std::vector<Vec3>& impulse,
+       const std::vector<Vec3>& moment)
+      : problem_(problem), scales_(scales), cones_(cones), width_(moment.empty() ? 3 : 6) {
+    const bool moments = !moment.empty();
     const Index n = width_ * static_cast<Index>(cones.size());
     u0_ = slips(problem.velocity, true);
     a_.resize(n, n);
@@ -49,10 +51,18 @@ class Path {
     a_.diagonal() += VectorXd::Constant(n, kSoftness);
     speed_ = *std::max_element(scales.speed.begin(), scales.speed.end());
     z_ = VectorXd::Zero(n);
+    for (std::size_t i = 0; i < cones.size(); ++i) {
+      const Index at = width_ * static_cast<Index>(i);
+      z_.segment<3>(at) = scales.w[i] * impulse[i];
+      if (moments) z_.segment<3>(at + 3) = (scales.w[i] / cones[i].length) * moment[i];
+    }
   }
 
   FrictionPathReport follow(int max_steps) {
     FrictionPathReport report;
+    report.arrived = settle(1.0, kArrived, kMostSteps, report.steps);
+    if (report.arrived || report.steps >= max_steps) return report;
+    z_.setZero();
     double share = 0.0, piece = kFirstShare;
     report.arrived = settle(0.0, kOnPath, 10 * kMostSteps, report.steps);
     while (share < 1.0 && piece > kLeastShare && report.steps < max_steps) {
@@ -263,7 +273,7 @@ class Path {
 FrictionPathReport friction_path(const ContactProblem& problem, const ContactScales& scales,
                                  const std::vector<FrictionCone>& cones, int max_steps,
                                  std::vector<Vec3>& impulse, std::vector<Vec3>& moment) {
-  Path path(problem, scales, cones, !moment.empty());
+  Path path(problem, scales, cones, impulse, moment);
   const FrictionPathReport report = path.follow(max_steps);
   path.answer(impulse, moment);
   return report;

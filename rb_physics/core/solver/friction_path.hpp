@@ -15,9 +15,10 @@ struct FrictionPathReport {
   bool arrived = false;
 };
 
-// Newton on the natural map (residual.hpp) with a line search, along the path. Impulses and moments
-// (empty: none) are the answer, or the nearest that was found on the way; what they were is of no
-// matter. Dense: the cost of a step grows with the cube of the number of contacts.
+// Newton on the natural map (residual.hpp) with a line search: from the impulses and moments
+// (empty: none) that are given, then, with steps left, along the path. They become the answer, or
+// the nearest that was found on the way. Dense: the cost of a step grows with the cube of the
+// number of contacts.
 FrictionPathReport friction_path(const ContactProblem& problem, const ContactScales& scales,
                                  const std::vector<FrictionCone>& cones, int max_steps,
                                  std::vector<Vec3>& impulse, std::vector<Vec3>& moment);
