@@ -3,7 +3,8 @@
 //   1 warm start checked: done if it solves the problem with minimum norm
 //   2 a few block Gauss-Seidel sweeps                      (block_gauss_seidel)
 //   3 proximal Newton to rounding, if the factorisation is affordable    (cone_newton)
-//     otherwise accelerated iterations, residual as reached
+//     otherwise accelerated iterations, residual as reached; a jam of few contacts where Newton
+//     circles follows the answer from no friction to all of it    (friction_path)
 //   4 contacts that slip against a larger static coefficient get the kinetic one: again from 3
 //   5 where contacts slide, the answer their order has no part in    (sliding_load)
 //   6 least impulses among those that solve the problem    (minimum_norm)
