@@ -37,9 +37,13 @@ void call(const Shape& a, const Placement& at_a, const Shape& b, const Placement
   function(Argument<A>::of(a), at_a, Argument<B>::of(b), at_b, margin, out);
 }
 
-template <class T>
+template <class T, std::size_t i = 0>
 constexpr std::size_t index_of() {
-  return Shape(T{}).index();
+  if constexpr (std::is_same_v<std::variant_alternative_t<i, Shape>, T>) {
+    return i;
+  } else {
+    return index_of<T, i + 1>();
+  }
 }
 
 constexpr std::size_t types = std::variant_size_v<Shape>;

@@ -130,7 +130,7 @@ void ContactSolve::solve_direct() {
     measure();
   };
   take_best();
-  if (large() || report.residual <= settings.enough || out_of_work()) return;
+  if (large() || report.residual <= std::max(target, settings.enough) || out_of_work()) return;
   keep_best();
   follow_friction(1);  // from there, on the map that judges
   take_best();

@@ -63,8 +63,8 @@ void IslandAdvance::settle(double tau, bool last) {
   work_.settle_solution.moment.clear();
   work_.settle_solution.certificate.clear();
   SolverSettings settings;
-  settings.tolerance = settings.newton_goal =
-      1e-9;  // of a displacement that is second order already
+  // Of a displacement that is second order already.
+  settings.tolerance = settings.newton_goal = settings.enough = 1e-9;
   settings.minimum_norm = false;
   solve_contacts(problem, settings, work_.settle_solution, work.solver);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
