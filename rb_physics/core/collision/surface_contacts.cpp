@@ -54,6 +54,12 @@ bool is_behind(const std::vector<SurfaceTriangle>& triangles, const Vec3& point)
 Aabb surface_bounds(const MeshData& mesh) { return mesh.bvh.bounds(); }
 Aabb surface_bounds(const HeightData& field) { return field.bounds(); }
 
+// m: how far behind a face a particle may be that has just met it.
+template <class Data>
+double slack(const Data& data) {
+  return 1e-6 * data.size;
+}
+
 template <class Data>
 class Finder {
  public:
@@ -129,20 +135,21 @@ class Finder {
   void touch_ball(const SurfaceTriangle& t, double radius, bool particle) {
     const double height = t.normal.dot(center_ - t.corner[0]);
     // A centre farther behind than the radius came from the other side of a thin wall.
-    if (height - radius > margin_ || height < -std::max(radius, 1e-6 * data_.size)) return;
+    if (height - radius > margin_ || height < -std::max(radius, slack(data_))) return;
     const NearestOnTriangle nearest = nearest_on(t, center_);
     ManifoldPoint p;
     p.feature_a = make_feature(particle ? FeatureType::VERTEX : FeatureType::SMOOTH, 0);
     p.kind = ContactKind::SMOOTH;
     // Over a seam the nearest point is on an edge, yet the faces carry.
-    if (projects_into(t, center_, 1e-12 * size_)) {
+    const bool in_seam = particle && is_in_seam(t);
+    if (in_seam || projects_into(t, center_, 1e-12 * size_)) {
       p.normal = t.normal;
       p.normal_owner = NormalOwner::B;
       p.separation = height - radius;
       p.feature_b = surface_feature(FeatureType::FACE, t.patch_id);
       if (particle) p.kind = ContactKind::VERTEX_FACE;
       p.point_b = center_ - height * t.normal;
-      if (height < 0.0 && better_exit(t, center_, -height)) return;
+      if (height < -1e-12 * size_ && !in_seam && better_exit(t, center_, -height)) return;
     } else {
       const Vec3 gap = center_ - nearest.point;
       const double length = gap.norm();
@@ -156,6 +163,21 @@ class Finder {
     }
     p.point_a = center_ - radius * p.normal;
     keep(p);
+  }
+
+  // Is the particle at the bottom of a valley, over the triangle or hardly beyond its edge there?
+  // Both slopes carry, however little it has sunk into one or both.
+  bool is_in_seam(const SurfaceTriangle& t) const {
+    const double tolerance = 1e-12 * size_;
+    bool at_seam = false;
+    for (int k = 0; k < 3; ++k) {
+      const double beyond = outside(t, k, center_);
+      const bool sinks = t.edge[k] == EdgeType::CONCAVE && std::abs(beyond) <= slack(data_) &&
+                         t.neighbor_normal[k].dot(center_ - t.corner[k]) <= tolerance;
+      if (beyond > tolerance && !sinks) return false;
+      at_seam |= sinks;
+    }
+    return at_seam;
   }
 
   bool in_front(const SurfaceTriangle& t) const {
@@ -390,6 +412,31 @@ SurfaceDistance surface_distance(const Shape& convex, const Pose& pose_convex, c
   best.nearest.point_b = rotation * best.nearest.point_b + pose_surface.position;
   best.nearest.normal = rotation * best.nearest.normal;
   return best;
+}
+
+std::optional<double> surface_crossing(const Shape& convex, const Shape& surface, const Vec3& from,
+                                       const Vec3& to) {
+  std::optional<double> first;
+  with_data(surface, [&](const auto& data) {
+    const double depth = slack(data), rounding = 1e-9 * data.size;
+    const bool both_sides = is_sheet(data) && !std::holds_alternative<Particle>(convex);
+    const Aabb way{from.cwiseMin(to).array() - depth, from.cwiseMax(to).array() + depth};
+    data.for_each_triangle(way, [&](std::int32_t index) {
+      const SurfaceTriangle t = data.triangle(index);
+      double before = t.normal.dot(from - t.corner[0]), after = t.normal.dot(to - t.corner[0]);
+      if (both_sides && before < 0.0) before = -before, after = -after;
+      if (!(before >= -rounding && after < -depth)) return;
+      const double share = std::max(before, 0.0) / (std::max(before, 0.0) - after);
+      const Vec3 crossing = from + share * (to - from);
+      for (int k = 0; k < 3; ++k) {
+        // From just behind one slope of a valley through the other.
+        const double beside = t.edge[k] == EdgeType::CONCAVE ? 2.0 * depth : rounding;
+        if (outside(t, k, crossing) > beside) return;
+      }
+      if (!first || share < *first) first = share;
+    });
+  });
+  return first;
 }
 
 bool meets_surface(const Shape& convex, const Pose& pose_convex, const Shape& surface,

@@ -14,6 +14,7 @@
 // only.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "collision/leaf_contacts.hpp"
@@ -43,6 +44,12 @@ SurfaceDistance surface_distance(const Shape& convex, const Pose& pose_convex, c
 // Does the shape meet a triangle, or lie inside a closed mesh or below a height field?
 bool meets_surface(const Shape& convex, const Pose& pose_convex, const Shape& surface,
                    const Pose& pose_surface);
+
+// The share of the straight way from one point to another (m, surface coordinates), those of a
+// shape's middle, at which it goes through the surface: from the front to the back, or through an
+// open mesh from either side (a particle from the front). Nothing where it goes through none.
+std::optional<double> surface_crossing(const Shape& convex, const Shape& surface, const Vec3& from,
+                                       const Vec3& to);
 
 // Contact time of a convex shape with a surface, whose inner edges are no obstacles
 // (collision/queries.hpp).

@@ -84,6 +84,7 @@ void IslandAdvance::run(double h) {
       tau = std::fmin(contact, reached);
     }
     settle(tau, last);
+    if (!last && stop_short(tau)) event = true;
     book();
     move(tau);
     take_back(tau);
@@ -111,8 +112,7 @@ void IslandAdvance::run(double h) {
 bool IslandAdvance::may_pass(double t) const {
   constexpr double surely_not = 0.25;  // of both widths; it takes half of them
   return std::any_of(pairs.begin(), pairs.end(), [&](const ColliderPair& pair) {
-    return closing_bound(pair, t) >
-           surely_not * (world_.colliders[pair.a].width + world_.colliders[pair.b].width);
+    return closing_bound(pair, t) > surely_not * width_between(pair);
   });
 }
 

@@ -83,6 +83,11 @@ class IslandAdvance {
   double unhurt_until(const ColliderPair& pair, double t, double tau);
   bool may_pass(double t) const;
   void wait(double t);
+  double width_between(const ColliderPair& pair) const;
+  // Shortens tau (s) until nothing goes through a surface within it: the forces over a shorter
+  // interval, and the displacement of `settle`, are not those that the contact time was found with.
+  bool stop_short(double& tau);
+  std::optional<double> passes_at(const ColliderPair& pair, double tau) const;
   // Earliest time in (0, tau) at which a sliding contact comes to stick, else tau.
   double next_stick_time(double tau);
   void find_again();

@@ -162,8 +162,7 @@ double IslandAdvance::contact_time_of_pair(const ColliderPair& pair, double tau)
   if (bound < touch) return tau;  // at rest
   // Touching already: another feature of the pair may come down. A body that travels far or spins
   // fast may part, strike again and be through a thin wall before the end of the interval.
-  const double width = world_.colliders[pair.a].width + world_.colliders[pair.b].width;
-  if (bound > 0.25 * std::fmin(size, width)) {
+  if (bound > 0.25 * std::fmin(size, width_between(pair))) {
     const auto strike = impact_of_pair(pair, tau);
     if (strike && *strike < tau) {
       if (*strike > 0.0) return *strike;
