@@ -28,7 +28,7 @@ inline bool is_large_island(std::size_t contact_points) { return contact_points 
 struct IslandWorkspace {
   ContactProblem problem, settle_problem;
   ContactSolution solution, settle_solution;
-  ContactSolution steady;  // without what earlier steps left (advance.cpp)
+  ContactSolution steady;  // without what earlier steps left (carry.cpp)
   SolverWorkspace solver;
 
   // See IslandAdvance, which names them.

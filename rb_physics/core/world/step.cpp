@@ -54,8 +54,8 @@ void make_step(World& world) {
     build_islands(world);
 
     // Impacts (S11-S14), rest and friction (S16), contact times, free motion (S6).
-    //                                            world/advance.cpp, world/events.cpp,
-    //                                            world/settle.cpp
+    //                                            world/advance.cpp, world/carry.cpp,
+    //                                            world/events.cpp, world/settle.cpp
     advance_islands(world);
     move_kinematics(world);
     require_finite(world);
