@@ -49,7 +49,7 @@ bool IslandAdvance::stop_short(double& tau) {
       met_ = pair;
     }
     if (share == 1.0) return tau < whole;
-    tau *= std::clamp(share, 0.1, 0.9);
+    tau *= std::clamp(0.9 * share, 0.01, 0.9);         // in front, where the face ahead is seen
     const bool too_short = tau < least_share * whole;  // it was there from the beginning
     if (too_short) tau = whole;
     carry(tau, false);
