@@ -1,5 +1,6 @@
 """What a body and a contact take in memory, and that steps take none."""
 
+import os
 import subprocess
 import sys
 
@@ -34,6 +35,9 @@ def run(code: str, timeout: float) -> list[float]:
     return [float(word) for word in done.stdout.split()]
 
 
+@pytest.mark.skipif(
+    "asan" in os.environ.get("LD_PRELOAD", ""), reason="the sanitizer pads every allocation"
+)
 def test_a_body_takes_2_kib_and_a_contact_1_kib() -> None:
     code = """
 world(100, 0.1).step(20)  # what is loaded on first use
