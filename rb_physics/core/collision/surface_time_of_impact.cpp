@@ -10,12 +10,10 @@
 #include "collision/extent.hpp"
 #include "collision/iteration_caps.hpp"
 #include "collision/moving_pair.hpp"
-#include "collision/surface_contacts.hpp"
+#include "collision/surface_data.hpp"
 #include "collision/surface_features.hpp"
 #include "collision/sweep.hpp"
 #include "collision/triangle_prism.hpp"
-#include "shape/height_field.hpp"
-#include "shape/mesh.hpp"
 
 namespace rb {
 namespace {
@@ -257,12 +255,10 @@ class SurfaceSearch {
 ImpactSearch surface_time_of_impact(const Shape& convex, const Sweep& motion_convex,
                                     const Shape& surface, const Sweep& motion_surface, double t_max,
                                     int most_queries) {
-  const auto search = [&](const auto& data) {
+  return with_data(surface, [&](const auto& data) {
     return SurfaceSearch(data, surface, motion_surface, convex, motion_convex, t_max, most_queries)
         .run();
-  };
-  if (const auto* mesh = std::get_if<TriangleMesh>(&surface)) return search(*mesh->data);
-  return search(*std::get<HeightField>(surface).data);
+  });
 }
 
 }  // namespace rb
