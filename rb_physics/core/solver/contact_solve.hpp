@@ -26,6 +26,7 @@ struct ContactSolve {
   double typical = 0.0;           // m/s, what the residual is relative to
   ContactResidual measured = {};  // by measure(), the last time
   bool swept = false;             // what sweeps need is there
+  bool has_friction = true;       // some contact resists slipping or turning
   bool may_release = true;        // some contact has two coefficients of friction
 
   bool out_of_work() {
@@ -77,6 +78,8 @@ struct ContactSolve {
   bool jam() const;
   // A start for Newton where sweeps leave too much open. Kept if it is nearer.
   void interior();
+  // Contacts without friction: true if their impulses are found.
+  bool pivot_normals();
   void solve_direct();
   // Few contacts: from where it is, then (but for a step) from the answer without friction.
   void follow_friction(int most_steps);

@@ -31,16 +31,18 @@ void ContactSolve::start() {
   const std::size_t nc = problem.contacts.size();
   ws.cones.resize(nc);
   ws.kinetic.assign(nc, 0);
-  std::atomic<bool> moments = false, two_coefficients = false;
+  std::atomic<bool> moments = false, two_coefficients = false, friction = false;
   ws.wide.share_range(nc, 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const ContactConstraint& c = problem.contacts[i];
       ws.cones[i] = friction_cone(problem, c, Friction::kStatic);
       if (ws.cones[i].has_moment()) moments = true;
+      if (ws.cones[i].slide > 0.0) friction = true;
       if (c.static_friction > c.friction) two_coefficients = true;
     }
   });
   may_release = two_coefficients;
+  has_friction = friction || moments;
   if (io.impulse.size() != nc) {
     io.impulse.assign(nc, Vec3::Zero());
     io.moment.clear();
@@ -104,6 +106,7 @@ void ContactSolve::run() {
     report.warm_accepted = true;
     return;
   }
+  if (!has_friction && pivot_normals()) return;
   const bool direct = many || ws.space.prepare(problem, settings.max_factor_work);
   if (!direct && io.moment.empty()) return iterate();
   if (direct && touch_up()) return;

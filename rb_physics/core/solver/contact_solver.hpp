@@ -1,6 +1,7 @@
 // The contact solver: one call per island, staged.
 //
 //   1 warm start checked: done if it solves the problem with minimum norm
+//     contacts without friction: pivoting on the normals alone, and done    (frictionless)
 //   2 a few block Gauss-Seidel sweeps                      (block_gauss_seidel)
 //   3 proximal Newton to rounding, if the factorisation is affordable    (cone_newton)
 //     otherwise accelerated iterations, residual as reached; a jam of few contacts where Newton
@@ -17,6 +18,7 @@
 #include "solver/block_gauss_seidel.hpp"
 #include "solver/body_space.hpp"
 #include "solver/cone_newton.hpp"
+#include "solver/frictionless.hpp"
 #include "solver/interior_point.hpp"
 #include "solver/minimum_norm.hpp"
 #include "solver/residual.hpp"
@@ -32,6 +34,7 @@ struct SolverWorkspace {
   std::vector<std::uint8_t> kinetic;  // contacts that slipped against their static coefficient
   GaussSeidelWorkspace gauss_seidel;
   BodySpace space;
+  FrictionlessWorkspace frictionless;
   ConeNewtonWorkspace newton;
   InteriorPointWorkspace interior_point;
   MinimumNormWorkspace minimum_norm;

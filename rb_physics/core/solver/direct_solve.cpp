@@ -52,6 +52,30 @@ void ContactSolve::newton(int attempt, double softness, int most_outer) {
   work += r.steps * (ws.space.factor_work() / 100.0 + 4.0 * problem.contacts.size());
 }
 
+bool ContactSolve::pivot_normals() {
+  if (out_of_work()) return false;
+  FrictionlessOptions options;
+  options.unique = settings.minimum_norm;
+  options.max_work = settings.max_factor_work;
+  options.rounding = floor * typical;
+  ws.saved_impulse = io.impulse;
+  ws.certificate = io.certificate;
+  const FrictionlessReport r =
+      solve_frictionless(problem, options, ws.frictionless, io.impulse, ws.certificate);
+  report.newton_steps += r.factorizations;
+  work += r.work / 100.0 + 4.0 * r.factorizations * static_cast<double>(problem.contacts.size());
+  if (!r.solved) return false;
+  if (measure().natural_map <= target) {
+    io.certificate.swap(ws.certificate);
+    report.minimum_norm = r.unique;
+    report.factorizations = r.factorizations;
+    return true;
+  }
+  io.impulse = ws.saved_impulse;
+  measure();
+  return false;
+}
+
 bool ContactSolve::jam() const {
   return large() && io.moment.empty() &&
          ws.space.factor_work() > kTowerWork * static_cast<double>(problem.contacts.size());

@@ -217,6 +217,9 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
   }
   int steps = 0;
   constexpr int kMaxSteps = 12;  // it converges in 2 to 8 or not at all
+  // Some contact's force would have to lie on its cone's edge, and y at infinity.
+  constexpr int kFewSteps = 4;
+  constexpr double kHopeless = 0.8;
   while (steps < kMaxSteps) {
     if (!space.factorize(problem, cones, ws.d, 1.0 / eps, true)) return -steps - 1;
     for (Vec6& x : ws.dz) x /= eps;
@@ -224,6 +227,7 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
     const double last = norm;
     norm = last <= kRefined * scale ? newton.refine() : newton.step();
     ++steps;
+    if (steps == kFewSteps && norm > kHopeless * scale) break;
     if (norm <= 4e-16 * scale || (norm > 0.3 * last && last <= 1e-13 * scale)) break;
   }
   if (!(norm <= 1e-12 * scale)) return -steps - 1;

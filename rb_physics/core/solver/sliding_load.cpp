@@ -10,8 +10,12 @@ double even_sliding_load(const ContactProblem& problem, const std::vector<Fricti
                          SlidingLoadWorkspace& own, std::vector<Vec3>& impulse,
                          std::vector<Vec3>& moment) {
   const std::size_t nc = cones.size();
-  const auto slips = [](const ConeFace& f) { return !f.open && (f.slides || f.spins || f.rolls); };
-  if (std::none_of(ws.faces.begin(), ws.faces.end(), slips)) return 0.0;
+  bool slips = false;
+  for (std::size_t i = 0; i < nc && !slips; ++i) {
+    const ConeFace& f = ws.faces[i];
+    slips = !f.open && ((f.slides && cones[i].slide > 0.0) || f.spins || f.rolls);
+  }
+  if (!slips) return 0.0;
   // What slips is no unknown: it is taken out of the cones, and of the load.
   std::vector<ConeFace>& faces = own.faces;
   std::vector<FrictionCone>& held = own.held;

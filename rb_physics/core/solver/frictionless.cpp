@@ -1,0 +1,310 @@
+#include "solver/frictionless.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace rb {
+namespace {
+
+constexpr double kDependent = 1e-7;  // of A_ii: pivots below it are left to methods that regularise
+constexpr double kInconsistent = 1e-9;  // of the fastest d: what a dependent contact may approach
+constexpr std::size_t kFew = 12;        // contacts: their order makes no difference
+constexpr double kNoise = 4e-15;        // of the fastest d
+constexpr int kBlocks = 3;              // block exchanges that gain nothing before a single one
+
+double dot(const double* x, const double* y, std::ptrdiff_t n) {
+  double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
+  std::ptrdiff_t k = 0;
+  for (; k + 4 <= n; k += 4) {
+    s0 += x[k] * y[k];
+    s1 += x[k + 1] * y[k + 1];
+    s2 += x[k + 2] * y[k + 2];
+    s3 += x[k + 3] * y[k + 3];
+  }
+  for (; k < n; ++k) s0 += x[k] * y[k];
+  return (s0 + s1) + (s2 + s3);
+}
+
+struct Pivoting {
+  using Row = FrictionlessWorkspace::Row;
+  const ContactProblem& problem;
+  const FrictionlessOptions& options;
+  FrictionlessWorkspace& ws;
+  FrictionlessReport& report;
+  double fastest = 0.0;   // m/s, of d
+  double rounding = 0.0;  // m/s
+  bool dependent = false;
+
+  double motion(const Row& r, const std::vector<Vec6>& v) const {
+    double s = r.normal.dot(v[r.a].head<3>()) + r.turn_a.dot(v[r.a].tail<3>());
+    if (r.b >= 0) s -= r.normal.dot(v[r.b].head<3>()) + r.turn_b.dot(v[r.b].tail<3>());
+    return s;
+  }
+
+  void push(const Row& r, double f, std::vector<Vec6>& v) const {
+    v[r.a].head<3>() += (f * problem.inv_mass[r.a]) * r.normal;
+    v[r.a].tail<3>() += f * r.response_a;
+    if (r.b < 0) return;
+    v[r.b].head<3>() -= (f * problem.inv_mass[r.b]) * r.normal;
+    v[r.b].tail<3>() -= f * r.response_b;
+  }
+
+  void load() {
+    const std::size_t nc = problem.contacts.size();
+    const std::size_t nb = problem.inv_mass.size();
+    ws.rows.resize(nc);
+    ws.first_of_body.assign(nb + 1, 0);
+    for (std::size_t i = 0; i < nc; ++i) {
+      const ContactConstraint& c = problem.contacts[i];
+      Row& r = ws.rows[i];
+      r.a = c.a;
+      r.b = c.b;
+      r.normal = c.frame.row(0).transpose();
+      r.turn_a = c.r_a.cross(r.normal);
+      r.response_a = problem.inv_inertia[c.a] * r.turn_a;
+      r.diagonal = problem.inv_mass[c.a] * r.normal.squaredNorm() + r.turn_a.dot(r.response_a);
+      ++ws.first_of_body[c.a];
+      if (c.b >= 0) {
+        r.turn_b = c.r_b.cross(r.normal);
+        r.response_b = problem.inv_inertia[c.b] * r.turn_b;
+        r.diagonal += problem.inv_mass[c.b] * r.normal.squaredNorm() + r.turn_b.dot(r.response_b);
+        ++ws.first_of_body[c.b];
+      }
+      r.d = motion(r, problem.velocity) + c.bias.x();
+      fastest = std::max(fastest, std::abs(r.d));
+    }
+    std::int32_t sum = 0;
+    for (std::int32_t& n : ws.first_of_body) {
+      sum += n;
+      n = sum;
+    }
+    ws.of_body.resize(sum);
+    for (std::size_t i = nc; i-- > 0;) {
+      const Row& r = ws.rows[i];
+      ws.of_body[--ws.first_of_body[r.a]] = static_cast<std::int32_t>(i);
+      if (r.b >= 0) ws.of_body[--ws.first_of_body[r.b]] = static_cast<std::int32_t>(i);
+    }
+  }
+
+  template <typename F>
+  void for_neighbours(std::int32_t i, F&& f) const {  // f(contact, shared body)
+    const Row& r = ws.rows[i];
+    for (const std::int32_t body : {r.a, r.b}) {
+      if (body < 0) continue;
+      for (std::int32_t k = ws.first_of_body[body]; k < ws.first_of_body[body + 1]; ++k) {
+        const std::int32_t j = ws.of_body[k];
+        if (j != i && ws.carries[j]) f(j, body);
+      }
+    }
+  }
+
+  // Those that can be reached from contact i, in breadth; appended to the order.
+  void walk(std::int32_t i) {
+    std::size_t at = ws.order.size();
+    ws.order.push_back(i);
+    ws.place[i] = 0;
+    for (; at < ws.order.size(); ++at) {
+      for_neighbours(ws.order[at], [&](std::int32_t j, std::int32_t) {
+        if (ws.place[j] >= 0) return;
+        ws.place[j] = 0;
+        ws.order.push_back(j);
+      });
+    }
+  }
+
+  void sort() {
+    const std::size_t nc = ws.rows.size();
+    ws.order.clear();
+    ws.place.assign(nc, -1);
+    const auto all =
+        static_cast<std::size_t>(std::count(ws.carries.begin(), ws.carries.end(), std::uint8_t{1}));
+    for (std::size_t i = 0; i < nc; ++i) {
+      if (!ws.carries[i] || ws.place[i] >= 0) continue;
+      const std::size_t from = ws.order.size();
+      if (all <= kFew) {
+        ws.order.push_back(static_cast<std::int32_t>(i));
+        continue;
+      }
+      // From the far end of it.
+      walk(static_cast<std::int32_t>(i));
+      const std::int32_t end = ws.order.back();
+      for (std::size_t k = from; k < ws.order.size(); ++k) ws.place[ws.order[k]] = -1;
+      ws.order.resize(from);
+      walk(end);
+    }
+    std::reverse(ws.order.begin(), ws.order.end());
+    for (std::size_t k = 0; k < ws.order.size(); ++k)
+      ws.place[ws.order[k]] = static_cast<std::int32_t>(k);
+  }
+
+  bool factorize() {
+    sort();
+    const std::size_t n = ws.order.size();
+    ws.first.resize(n);
+    ws.start.resize(n + 1);
+    ws.inverse.resize(n);
+    double work = 0.0;
+    std::int32_t size = 0;
+    for (std::size_t p = 0; p < n; ++p) {
+      auto first = static_cast<std::int32_t>(p);
+      for_neighbours(ws.order[p],
+                     [&](std::int32_t j, std::int32_t) { first = std::min(first, ws.place[j]); });
+      const auto width = static_cast<std::int32_t>(p) - first;
+      ws.first[p] = first;
+      ws.start[p] = size;
+      size += width;
+      work += 20.0 + 0.5 * width * width;
+    }
+    ws.start[n] = size;
+    if (work > options.max_work) return false;
+    report.work += work;
+    ++report.factorizations;
+    ws.lower.assign(size, 0.0);
+    dependent = false;
+    for (std::size_t p = 0; p < n; ++p) {
+      const Row& r = ws.rows[ws.order[p]];
+      const std::int32_t first = ws.first[p];
+      double* row = ws.lower.data() + ws.start[p] - first;  // row[column]
+      for_neighbours(ws.order[p], [&](std::int32_t j, std::int32_t body) {
+        const std::int32_t column = ws.place[j];
+        if (column >= static_cast<std::int32_t>(p)) return;
+        const Row& other = ws.rows[j];
+        const bool of_a = r.a == body, other_a = other.a == body;
+        const double s =
+            problem.inv_mass[body] * r.normal.dot(other.normal) +
+            (of_a ? r.turn_a : r.turn_b).dot(other_a ? other.response_a : other.response_b);
+        row[column] += of_a == other_a ? s : -s;
+      });
+      double pivot = r.diagonal;
+      for (std::int32_t q = first; q < static_cast<std::int32_t>(p); ++q) {
+        const std::int32_t from = std::max(first, ws.first[q]);
+        const double* other = ws.lower.data() + ws.start[q] - ws.first[q];
+        row[q] = (row[q] - dot(row + from, other + from, q - from)) * ws.inverse[q];
+        pivot -= row[q] * row[q];
+      }
+      if (pivot > kDependent * r.diagonal) {
+        ws.inverse[p] = 1.0 / std::sqrt(pivot);
+        continue;
+      }
+      if (options.unique) return false;
+      dependent = true;
+      ws.inverse[p] = 0.0;
+    }
+    return true;
+  }
+
+  // A x = right, in place, in the order of the factor.
+  void back_substitute(std::vector<double>& x) const {
+    const auto n = static_cast<std::int32_t>(ws.order.size());
+    for (std::int32_t p = 0; p < n; ++p) {
+      const double* row = ws.lower.data() + ws.start[p];
+      x[p] = (x[p] - dot(row, x.data() + ws.first[p], p - ws.first[p])) * ws.inverse[p];
+    }
+    for (std::int32_t p = n - 1; p >= 0; --p) {
+      x[p] *= ws.inverse[p];
+      const double* row = ws.lower.data() + ws.start[p] - ws.first[p];
+      for (std::int32_t q = ws.first[p]; q < p; ++q) x[q] -= row[q] * x[p];
+    }
+  }
+
+  // Speeds of all contacts under the forces there are.
+  void measure() {
+    ws.velocity = problem.velocity;
+    for (const std::int32_t i : ws.order) push(ws.rows[i], ws.force[i], ws.velocity);
+    for (std::size_t i = 0; i < ws.rows.size(); ++i)
+      ws.speed[i] = motion(ws.rows[i], ws.velocity) + problem.contacts[i].bias.x();
+  }
+
+  void correct() {
+    ws.right.resize(ws.order.size());
+    for (std::size_t p = 0; p < ws.order.size(); ++p) ws.right[p] = -ws.speed[ws.order[p]];
+    back_substitute(ws.right);
+    for (std::size_t p = 0; p < ws.order.size(); ++p) ws.force[ws.order[p]] += ws.right[p];
+    measure();
+  }
+
+  bool forces() {
+    if (!factorize()) return false;
+    const std::size_t nc = ws.rows.size();
+    ws.force.assign(nc, 0.0);
+    ws.speed.resize(nc);
+    for (std::size_t i = 0; i < nc; ++i) ws.speed[i] = ws.rows[i].d;
+    correct();
+    double left = 0.0;
+    for (const std::int32_t i : ws.order) left = std::max(left, std::abs(ws.speed[i]));
+    if (left > 0.1 * rounding) correct();
+    return true;
+  }
+
+  // Carries what pulls, or approaches and carries nothing.
+  bool is_wrong(std::size_t i) const {
+    if (!ws.carries[i]) return ws.speed[i] < -rounding;
+    return ws.force[i] * ws.rows[i].diagonal < -rounding;
+  }
+
+  bool run() {
+    const std::size_t nc = ws.rows.size();
+    std::size_t fewest = nc + 1;
+    int blocks = kBlocks;
+    const std::size_t most = 20 + nc;
+    for (std::size_t n = 0; n < most; ++n) {
+      if (!forces()) return false;
+      std::size_t wrong = 0, last = 0;
+      for (std::size_t i = 0; i < nc; ++i) {
+        if (!is_wrong(i)) continue;
+        ++wrong;
+        last = i;
+      }
+      if (wrong == 0) return is_consistent();
+      if (wrong < fewest) {
+        fewest = wrong;
+        blocks = kBlocks;
+      } else {
+        --blocks;
+      }
+      if (blocks <= 0) {
+        ws.carries[last] ^= 1;
+        continue;
+      }
+      for (std::size_t i = 0; i < nc; ++i) ws.carries[i] ^= is_wrong(i);
+    }
+    return false;
+  }
+
+  bool is_consistent() const {
+    if (!dependent) return true;
+    return std::all_of(ws.order.begin(), ws.order.end(),
+                       [&](std::int32_t i) { return ws.speed[i] >= -kInconsistent * fastest; });
+  }
+};
+
+}  // namespace
+
+FrictionlessReport solve_frictionless(const ContactProblem& problem,
+                                      const FrictionlessOptions& options, FrictionlessWorkspace& ws,
+                                      std::vector<Vec3>& impulse, std::vector<Vec6>& certificate) {
+  FrictionlessReport report;
+  Pivoting pivoting{problem, options, ws, report};
+  pivoting.load();
+  pivoting.rounding = std::max(options.rounding, kNoise * pivoting.fastest);
+  const std::size_t nc = ws.rows.size();
+  ws.carries.resize(nc);
+  for (std::size_t i = 0; i < nc; ++i)
+    ws.carries[i] = impulse[i].x() > 0.0 || ws.rows[i].d <= pivoting.rounding;
+  if (!pivoting.run()) return report;
+  report.solved = true;
+  report.unique = !pivoting.dependent;
+  for (std::size_t i = 0; i < nc; ++i)
+    impulse[i] = Vec3(ws.carries[i] ? std::max(ws.force[i], 0.0) : 0.0, 0.0, 0.0);
+  certificate.assign(problem.inv_mass.size(), Vec6::Zero());
+  if (!report.unique) return report;
+  ws.right.resize(ws.order.size());
+  for (std::size_t p = 0; p < ws.order.size(); ++p) ws.right[p] = impulse[ws.order[p]].x();
+  pivoting.back_substitute(ws.right);
+  for (std::size_t p = 0; p < ws.order.size(); ++p)
+    pivoting.push(ws.rows[ws.order[p]], ws.right[p], certificate);
+  return report;
+}
+
+}  // namespace rb
