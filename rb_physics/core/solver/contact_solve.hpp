@@ -67,7 +67,8 @@ struct ContactSolve {
   void iterate_moments();
   // Wide sweeps, accelerated by the nonsmooth nonlinear conjugate gradient method (Silcowitz, Niebe
   // & Erleben 2010), which takes the change of one sweep for the gradient.
-  WideResidual wide_sweeps(int most);
+  // `patience`: so many that gain less than half of the residual are the last ones; 0: never.
+  WideResidual wide_sweeps(int most, int patience = 0);
   // Large islands, where the forces take no part in a factorisation.
   void iterate();
 
@@ -95,6 +96,7 @@ struct ContactSolve {
   // Where contacts slide: of all answers the one that their order has no part in.
   ContactResidual even_slides(ContactResidual r);
   void least_impulses(const ContactResidual& r);
+  void least_impulses_of_jam(const ContactResidual& r);
   // What a full solve leaves sways a tower as a whole: small slips, large forces later on.
   void polish();
 };

@@ -118,7 +118,7 @@ void ContactSolve::run() {
       continue;
     }
     if (direct) {
-      least_impulses(even_slides(r));
+      jam() ? least_impulses_of_jam(r) : least_impulses(even_slides(r));
     } else {
       io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
     }

@@ -15,7 +15,9 @@ namespace {
 
 constexpr int kRetries = 2;          // attempts from the same start, after which come others
 constexpr int kStarts = 8;           // other starts, before the first one again with more sweeps
-constexpr int kJamSweeps = 400;      // wide, to begin with in a jam
+constexpr int kJamSweeps = 800;      // wide, in a jam
+constexpr int kJamPatience = 160;    // sweeps
+constexpr double kJamStart = 1e-8;   // there Newton gains nothing from farther away
 constexpr double kTowerWork = 150;   // multiply-adds of a factorisation per contact: more is a jam
 constexpr int kRetrySweeps = 60;     // before another Newton attempt
 constexpr double kGoodStart = 1e-3;  // a warm start below it goes to Newton as it is
@@ -33,7 +35,10 @@ void ContactSolve::newton(int attempt, double softness, int most_outer) {
   if (large())
     options.enough = std::max(settings.enough, jam() ? tolerance::residual_ceiling : 0.0);
   if (!settings.minimum_norm) options.plenty = settings.newton_goal;
-  if (jam()) options.max_steps = 30;
+  if (jam()) {
+    options.max_steps = 12;
+    options.softness = std::max(softness, 3e-6);  // stiffer steps find no way down
+  }
   if (attempt > 0) {
     // Softer paths to the same answer, every other one over the associated problem, whose Newton
     // steps always descend: it crawls where much slides fast, and is sure where slips are small.
@@ -95,12 +100,11 @@ void ContactSolve::interior() {
 }
 
 void ContactSolve::solve_direct() {
-  if (!(report.residual <= kGoodStart)) {
-    if (jam()) {
-      wide_sweeps(kJamSweeps);
-    } else {
-      sweep(problem.contacts.size() == 1 && io.moment.empty() ? 1 : kFirstSweeps);
-    }
+  if (jam() && !(report.residual <= kJamStart)) {
+    wide_sweeps(kJamSweeps, kJamPatience);
+    measure();
+  } else if (!(report.residual <= kGoodStart)) {
+    sweep(problem.contacts.size() == 1 && io.moment.empty() ? 1 : kFirstSweeps);
     measure();
   }
   const auto reached = [&](int attempt) {  // the first one goes on to rounding
@@ -123,7 +127,8 @@ void ContactSolve::solve_direct() {
     ws.best_impulse = io.impulse;
     ws.best_moment = io.moment;
   };
-  const int attempts = jam() ? std::min(settings.newton_attempts, 1) : settings.newton_attempts;
+  int attempts = settings.newton_attempts;
+  if (jam()) attempts = report.residual <= kJamStart ? std::min(attempts, 1) : 0;
   for (int k = 0; k < attempts && !reached(k) && !out_of_work(); ++k) {
     // What is left is the rounding of an ill-conditioned island: no use to insist.
     if (report.residual <= settings.enough && k >= (large() ? 1 : 2)) break;

@@ -83,6 +83,13 @@ void ContactSolve::least_impulses(const ContactResidual& r) {
   measure();
 }
 
+// While it moves, the next step has another jam, and none of its impulses.
+void ContactSolve::least_impulses_of_jam(const ContactResidual& r) {
+  constexpr double still = 1e-3;
+  if (report.start_residual <= still) return least_impulses(r);
+  io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
+}
+
 void ContactSolve::polish() {
   ws.saved_impulse = io.impulse;
   ws.certificate = io.certificate;

@@ -218,7 +218,7 @@ int minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>&
   int steps = 0;
   constexpr int kMaxSteps = 12;  // it converges in 2 to 8 or not at all
   // Some contact's force would have to lie on its cone's edge, and y at infinity.
-  constexpr int kFewSteps = 4;
+  constexpr int kFewSteps = 2;
   constexpr double kHopeless = 0.8;
   while (steps < kMaxSteps) {
     if (!space.factorize(problem, cones, ws.d, 1.0 / eps, true)) return -steps - 1;

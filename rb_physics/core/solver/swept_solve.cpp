@@ -43,7 +43,7 @@ void ContactSolve::iterate_moments() {
   measure();
 }
 
-WideResidual ContactSolve::wide_sweeps(int most) {
+WideResidual ContactSolve::wide_sweeps(int most, int patience) {
   constexpr int look = 16;  // sweeps between two measurements
   WideResidual r;
   const auto measure_wide = [&] {
@@ -60,8 +60,14 @@ WideResidual ContactSolve::wide_sweeps(int most) {
     report.start_residual = report.residual;
     report.typical_velocity = r.typical_velocity;
   }
+  constexpr double little = 0.5;  // they should gain at least: forces drift where nothing resists
+  double before = report.residual;
   for (int k = 1; k <= most && !out_of_work(); ++k) {
     if (report.residual <= std::max(target, settings.enough)) break;
+    if (patience > 0 && k > patience && k % patience == 1) {
+      if (report.residual > little * before) break;
+      before = report.residual;
+    }
     const bool last = k == most || k % look == 0;
     ws.wide.accelerated_sweep(last);
     ++report.sweeps;
