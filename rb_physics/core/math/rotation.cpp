@@ -49,11 +49,18 @@ Quat quaternion_from_matrix(const Mat3& r) {
 }
 
 Quat quaternion_from_rotation_vector(const Vec3& v) {
-  const double angle = v.norm();
-  const SinCos half = sin_cos(0.5 * angle);
-  // sin(a/2)/a; near zero its series, because 0/0.
-  const double f = angle > 1e-8 ? half.sin / angle : 0.5 - angle * angle / 48.0;
-  return Quat(half.cos, f * v.x(), f * v.y(), f * v.z());
+  const double sq = v.squaredNorm();
+  double f = 0.0, cosine = 0.0;  // sin(a/2)/a, cos(a/2)
+  if (sq < 1e-4) {               // their series, to rounding: most bodies turn by less in a step
+    f = 0.5 - sq * (1.0 / 48.0 - sq * (1.0 / 3840.0));
+    cosine = 1.0 - sq * (1.0 / 8.0 - sq * (1.0 / 384.0 - sq * (1.0 / 46080.0)));
+  } else {
+    const double angle = std::sqrt(sq);
+    const SinCos half = sin_cos(0.5 * angle);
+    f = half.sin / angle;
+    cosine = half.cos;
+  }
+  return Quat(cosine, f * v.x(), f * v.y(), f * v.z());
 }
 
 Vec3 rotation_vector(const Quat& q) {

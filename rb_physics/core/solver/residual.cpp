@@ -31,6 +31,13 @@ double natural_map(const FrictionCone& cone, double w, const Reaction& reaction,
   return std::sqrt(sq);
 }
 
+// The same without friction, where K is the half-line of pushes.
+double natural_map(double w, const Vec3& impulse, const Vec3& slip) {
+  const Vec3 at = w * impulse;
+  const double normal = at[0] - std::max(0.0, at[0] - slip[0]);
+  return std::sqrt(normal * normal + at.tail<2>().squaredNorm());
+}
+
 Reaction reaction_of(const FrictionCone& cone, const std::vector<Vec3>& impulse,
                      const std::vector<Vec3>& moment, std::size_t i) {
   Reaction r;
@@ -116,8 +123,11 @@ ContactResidual natural_map_residual(const ContactProblem& problem, const Contac
   double worst = 0.0;
   ContactResidual result;
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-    const double r = natural_map(cones[i], scales.w[i], reaction_of(cones[i], impulse, moment, i),
-                                 scaled_slip(problem.contacts[i], cones[i], v));
+    const bool plain = cones[i].slide == 0.0 && !cones[i].has_moment();
+    const double r =
+        plain ? natural_map(scales.w[i], impulse[i], relative_velocity(problem.contacts[i], v))
+              : natural_map(cones[i], scales.w[i], reaction_of(cones[i], impulse, moment, i),
+                            scaled_slip(problem.contacts[i], cones[i], v));
     if (!(r <= worst)) worst = r;  // keeps NaN
   }
   result.typical_velocity = typical_velocity(scales, impulse);

@@ -102,6 +102,9 @@ class IslandAdvance {
   Pose pose_at(std::int32_t row, double t) const;
   std::optional<double> impact_of_pair(const ColliderPair& pair, double t_max) const;
   double closing_bound(const ColliderPair& pair, double t) const;
+  double turning_bound(const Collider& c, double t) const;
+  Vec3 acceleration_of(std::int32_t row) const;
+  bool stays_apart(const ColliderPair& pair, const Vec3& n, double t) const;
   double approach_of_pair(const ColliderPair& pair, double t);
   SolverSettings solver_settings() const;
   double rest_speed(const Contact& c) const;

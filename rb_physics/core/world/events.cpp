@@ -18,6 +18,17 @@
 #include "world/kinematic.hpp"
 
 namespace rb {
+namespace {
+
+// Balls, and a ball on a plane: what touches has no other feature to come down.
+bool has_one_point(const Collider& a, const Collider& b) {
+  const auto is_ball = [](const Shape& s) {
+    return std::holds_alternative<Sphere>(s) || std::holds_alternative<Particle>(s);
+  };
+  return is_ball(a.shape) && (is_ball(b.shape) || std::holds_alternative<HalfSpace>(b.shape));
+}
+
+}  // namespace
 
 // Of a body at time t, under the present forces.
 Pose IslandAdvance::pose_at(std::int32_t row, double t) const {
@@ -104,32 +115,68 @@ bool IslandAdvance::stays_on_plane(const ColliderPair& pair, double t) const {
   });
 }
 
+// m: how far turning may take the surface of a collider within t, under the present forces.
+double IslandAdvance::turning_bound(const Collider& c, double t) const {
+  const Body& body = world_.bodies[c.body];
+  double reach = world_.reach[c.body];
+  if (std::holds_alternative<Sphere>(c.shape) || std::holds_alternative<Particle>(c.shape))
+    reach = (c.local.position - body.center_of_mass).norm();
+  if (reach == 0.0) return 0.0;
+  double spin = body.spin.norm();
+  if (body.is_dynamic()) {
+    const std::int32_t k = world_.work.index_of[c.body];
+    spin = max_angular_speed(start_[k], body.inertia, total_[k].torque.norm(), t);
+  }
+  // However often a body turns: no point goes farther than across it.
+  return std::fmin(t * spin, 2.0) * reach;
+}
+
+// m/s^2, of the centre of mass, under the present forces.
+Vec3 IslandAdvance::acceleration_of(std::int32_t row) const {
+  const Body& body = world_.bodies[row];
+  if (!body.is_dynamic()) return Vec3::Zero();
+  return body.inertia.inv_mass * total_[world_.work.index_of[row]].force;
+}
+
 // m: how much the surfaces of the pair can near each other within t, under the present forces.
 double IslandAdvance::closing_bound(const ColliderPair& pair, double t) const {
-  const auto of = [&](std::int32_t row) {
-    const Body& body = world_.bodies[row];
-    // However often a body turns: no point goes farther than across it.
-    const auto turn = [&](double angle) { return std::fmin(angle, 2.0) * world_.reach[row]; };
-    if (!body.is_dynamic()) return turn(t * body.spin.norm());
-    const std::int32_t k = world_.work.index_of[row];
-    const Inertia& in = body.inertia;
-    const double spin = max_angular_speed(start_[k], in, total_[k].torque.norm(), t);
-    return turn(t * spin) + t * t * in.inv_mass * total_[k].force.norm();
-  };
-  const std::int32_t a = world_.colliders[pair.a].body;
-  const std::int32_t b = world_.colliders[pair.b].body;
-  return t * (world_.bodies[a].linear_velocity() - world_.bodies[b].linear_velocity()).norm() +
-         of(a) + of(b);
+  const Collider& a = world_.colliders[pair.a];
+  const Collider& b = world_.colliders[pair.b];
+  const Vec3 apart =
+      world_.bodies[a.body].linear_velocity() - world_.bodies[b.body].linear_velocity();
+  const double pull = acceleration_of(a.body).norm() + acceleration_of(b.body).norm();
+  return t * apart.norm() + turning_bound(a, t) + turning_bound(b, t) + t * t * pull;
+}
+
+// Whether a plane across the normal n keeps the two apart for t.
+bool IslandAdvance::stays_apart(const ColliderPair& pair, const Vec3& n, double t) const {
+  const Collider& a = world_.colliders[pair.a];
+  const Collider& b = world_.colliders[pair.b];
+  if (is_surface(a.shape) || is_surface(b.shape)) return false;
+  const Body& body_a = world_.bodies[a.body];
+  const Body& body_b = world_.bodies[b.body];
+  const double gap = -extent(a.shape, body_a.pose() * a.local, -n) -
+                     extent(b.shape, body_b.pose() * b.local, n) - turning_bound(a, t) -
+                     turning_bound(b, t);
+  const double speed = n.dot(body_a.linear_velocity() - body_b.linear_velocity());
+  const double rate = n.dot(acceleration_of(a.body) - acceleration_of(b.body));
+  double least = std::fmin(gap, gap + t * (speed + 0.5 * t * rate));
+  if (rate > 0.0 && speed < 0.0 && -speed < t * rate) least = gap - 0.5 * speed * speed / rate;
+  return least > touch_distance(std::fmin(a.size, b.size));
 }
 
 std::optional<double> IslandAdvance::impact_of_pair(const ColliderPair& pair, double t_max) const {
   const Collider& a = world_.colliders[pair.a];
   const Collider& b = world_.colliders[pair.b];
   double gap = is_covered(pair) ? 0.0 : std::numeric_limits<double>::infinity();
+  Vec3 normal = Vec3::Zero();
   for (const Contact& c : contacts) {
-    if (c.collider_a == pair.a && c.collider_b == pair.b) gap = std::fmin(gap, c.point.separation);
+    if (c.collider_a != pair.a || c.collider_b != pair.b || !(c.point.separation < gap)) continue;
+    gap = c.point.separation;
+    normal = c.point.normal;
   }
   if (closing_bound(pair, t_max) < gap) return std::nullopt;
+  if (gap > 0.0 && std::isfinite(gap) && stays_apart(pair, normal, t_max)) return std::nullopt;
   const auto sweep_of = [&](std::int32_t row) {
     const Body& body = world_.bodies[row];
     if (!body.is_dynamic()) return FreeSweep(body, body.state, {}, t_max);
@@ -180,6 +227,7 @@ double IslandAdvance::contact_time_of_pair(const ColliderPair& pair, double tau)
       }
     }
   }
+  if (has_one_point(world_.colliders[pair.a], world_.colliders[pair.b])) return tau;
   double high = tau;
   double g_high = approach_of_pair(pair, high);
   if (!(g_high < -touch)) return tau;
