@@ -27,7 +27,29 @@ def test_a_box_falls_about_its_edge_without_events(dt):
     for _ in range(round(0.25 / dt)):
         world.step()
         assert world.stats.events == 0
+        assert world.stats.impacts == 0
+        assert world.stats.corrections == 0  # no second look for contacts
         held = [c for c in world.contacts if c["force"][2] > 0.0]
         assert len(held) == 2  # the corners of the edge
         # The touch distance is 1e-9 of the size: what a body may be apart and still touch.
         assert max(abs(c["separation"]) for c in held) <= 1e-9
+
+
+def test_a_column_sways_on_a_belt_as_one():
+    """Four boxes set down on a belt tip back about an edge: no box leaves the one below."""
+    world = rb.World(dt=5e-3)
+    belt = world.add_body(
+        rb.Box((2.0, 0.4, 0.05)), type="kinematic", name="belt", position=(0, 0, -0.05)
+    )
+    belt.linear_velocity = (0.5, 0.0, 0.0)
+    for k in range(4):
+        world.add_body(rb.Box((0.1, 0.1, 0.1)), mass=1.0, position=(0, 0, 0.1 + 0.2 * k))
+    world.step(30)  # the slide at the beginning is over
+    for _ in range(40):
+        world.step()
+        assert abs(world["belt"].position[0] - world.time * 0.5) < 1e-12  # rounding of a sum
+        assert world.stats.events + world.stats.corrections == 0
+        turns = world.angular_velocities[1:, 1]
+        assert abs(turns[0]) > 1e-3  # rad/s: it does sway
+        np.testing.assert_allclose(turns, turns[0], rtol=1e-6)  # the gaps' third order, of one turn
+        assert max(abs(c["separation"]) for c in world.contacts if c["force"][2] > 0.0) <= 1e-9

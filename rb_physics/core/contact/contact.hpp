@@ -47,9 +47,9 @@ struct Contact {
 
   // What carries force is closed, however far the third-order error of its turning has opened it.
   bool touching() const { return point.separation <= touch || has_opened(); }
+  static constexpr double most_opened = 1e4;  // of the touch distance
   bool has_opened() const {
-    constexpr double most = 1e4;  // of the touch distance
-    return loaded && point.separation > touch && point.separation <= most * touch;
+    return loaded && point.separation > touch && point.separation <= most_opened * touch;
   }
   // Takes part in impacts, rest and position correction.
   bool active() const { return role == ContactRole::ACTIVE; }

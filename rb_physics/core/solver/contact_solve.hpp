@@ -13,6 +13,7 @@ struct ContactSolve {
   static constexpr int kFirstSweeps = 5;     // find most of the active set
   static constexpr double kSoftness = 1e-8;
   static constexpr double kRounding = 1e-15;  // no use to insist below it
+  static constexpr double kFollow = 3e-2;     // one below it has mostly the same faces
   static constexpr double kTouchUp = 1e-9;    // a start below it is mostly one Newton step away
 
   const ContactProblem& problem;
@@ -93,6 +94,9 @@ struct ContactSolve {
   bool refine();
   // Most of the solves of a stack at rest: the old forces but for their drift.
   bool touch_up();
+  // Contacts that stick on, though their geometry and their load have changed: impulses of last
+  // step's certificate, and what they leave of the slips. Mostly one factorisation.
+  bool follow_certificate();
   // Where contacts slide: of all answers the one that their order has no part in.
   ContactResidual even_slides(ContactResidual r);
   void least_impulses(const ContactResidual& r);

@@ -109,7 +109,7 @@ void ContactSolve::run() {
   if (!has_friction && pivot_normals()) return;
   const bool direct = many || ws.space.prepare(problem, settings.max_factor_work);
   if (!direct && io.moment.empty()) return iterate();
-  if (direct && touch_up()) return;
+  if (direct && (touch_up() || follow_certificate())) return;
   for (;;) {
     direct ? solve_direct() : iterate_moments();
     const ContactResidual r = measured;

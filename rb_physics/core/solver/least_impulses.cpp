@@ -1,4 +1,5 @@
 // Of all impulses that solve the problem the least, and what rounding spoils of them set right.
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -22,6 +23,53 @@ bool ContactSolve::touch_up() {
   if (!(report.residual <= kTouchUp) || !refine()) return false;
   report.factorizations = ws.space.factorizations();
   return report.minimum_norm = report.residual <= std::max(kRounding, std::min(target, goal()));
+}
+
+bool ContactSolve::follow_certificate() {
+  constexpr int most_passes = 5;
+  constexpr double few_digits = 1e-10;  // left: beyond it the answer moves by increments
+  constexpr double slow = 0.1;          // of the residual left by a pass: other contacts carry
+  const auto carries = [](const Vec3& f) { return !f.isZero(0.0); };
+  if (!settings.minimum_norm || problem.contacts.size() < 2 || !io.moment.empty() ||
+      !(report.residual <= kFollow) || std::none_of(io.impulse.begin(), io.impulse.end(), carries))
+    return false;
+  ws.saved_impulse = io.impulse;
+  ws.certificate = io.certificate;
+  MinimumNormWorkspace& least = ws.minimum_norm;
+  least.faces.assign(problem.contacts.size(), {});
+  for (std::size_t i = 0; i < least.faces.size(); ++i)
+    least.faces[i].open = !carries(io.impulse[i]);
+  const auto good = [&] { return std::max(kRounding, std::min(target, goal())); };
+  const auto done = [&] {
+    if (!(report.residual <= good())) return false;
+    cone_faces(problem, ws.cones, ws.v, face_threshold(measured), least.faces);
+    const auto slides = [](const ConeFace& f) { return f.slides && !f.open; };
+    if (std::any_of(least.faces.begin(), least.faces.end(), slides)) return false;
+    return is_minimum_norm(problem, ws.cones, least.faces, io.impulse, io.moment, io.certificate,
+                           settings.tolerance);
+  };
+  double last = kFollow;
+  for (int pass = 0; pass < most_passes && !out_of_work(); ++pass) {
+    if (last > few_digits) {
+      take_certificate(problem, ws.cones, io.certificate, least, io.impulse);
+      velocity_from_impulses(problem, io.impulse, io.moment, ws.v);
+    }
+    if (!stop_slips(problem, ws.cones, kSoftness * ws.scales.least_w, ws.v, ws.space, least,
+                    io.impulse, io.certificate))
+      break;
+    ++report.newton_steps;
+    measure();
+    if (done()) {
+      report.factorizations = ws.space.factorizations();
+      return report.minimum_norm = true;
+    }
+    if (!(report.residual <= slow * last)) break;
+    last = report.residual;
+  }
+  io.impulse = ws.saved_impulse;
+  io.certificate = ws.certificate;
+  measure();
+  return false;
 }
 
 ContactResidual ContactSolve::even_slides(ContactResidual r) {

@@ -244,11 +244,9 @@ bool refine_minimum_norm(const ContactProblem& problem, const std::vector<Fricti
                          MinimumNormWorkspace& ws, std::vector<Vec3>& impulse,
                          std::vector<Vec6>& certificate) {
   const std::size_t nc = cones.size();
-  const std::size_t nb = problem.inv_mass.size();
-  if (certificate.size() != nb) return false;
+  if (certificate.size() != problem.inv_mass.size()) return false;
   ws.reaction.resize(nc);
   ws.d.resize(nc);
-  ws.wrench.assign(nb, Vec6::Zero());
   double largest = 0.0;
   double deviation = 0.0;
   for (std::size_t i = 0; i < nc; ++i) {
@@ -260,10 +258,33 @@ bool refine_minimum_norm(const ContactProblem& problem, const std::vector<Fricti
     const double sq = (r.force - impulse[i]).squaredNorm();
     if (!(sq <= deviation)) deviation = sq;
     ws.reaction[i] = {impulse[i], Vec3::Zero()};
-    const Vec3 slip = relative_velocity(c, v);
-    add_wrench(c, cones[i], {ws.d[i].ff * -slip / eps, Vec3::Zero()}, ws.wrench);
   }
   if (!(deviation <= tolerance * tolerance * largest)) return false;
+  return stop_slips(problem, cones, eps, v, space, ws, impulse, certificate);
+}
+
+void take_certificate(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+                      const std::vector<Vec6>& certificate, MinimumNormWorkspace& ws,
+                      std::vector<Vec3>& impulse) {
+  const std::size_t nc = cones.size();
+  ws.reaction.resize(nc);
+  ws.d.resize(nc);
+  for (std::size_t i = 0; i < nc; ++i) {
+    const Reaction y = contact_components(problem.contacts[i], cones[i], certificate);
+    ws.reaction[i] = project_on_face(cones[i], ws.faces[i], y, &ws.d[i]);
+    impulse[i] = ws.reaction[i].force;
+  }
+}
+
+bool stop_slips(const ContactProblem& problem, const std::vector<FrictionCone>& cones, double eps,
+                const std::vector<Vec6>& v, BodySpace& space, MinimumNormWorkspace& ws,
+                std::vector<Vec3>& impulse, std::vector<Vec6>& certificate) {
+  const std::size_t nb = problem.inv_mass.size();
+  ws.wrench.assign(nb, Vec6::Zero());
+  for (std::size_t i = 0; i < cones.size(); ++i) {
+    const Vec3 slip = relative_velocity(problem.contacts[i], v);
+    add_wrench(problem.contacts[i], cones[i], {ws.d[i].ff * -slip / eps, Vec3::Zero()}, ws.wrench);
+  }
   if (!space.factorize(problem, cones, ws.d, 1.0 / eps, true)) return false;
   // The change of velocity that stops them, as B dz; then the reactions that make it.
   space.scale_transposed(ws.wrench, ws.dz);
@@ -273,7 +294,7 @@ bool refine_minimum_norm(const ContactProblem& problem, const std::vector<Fricti
   ws.y = certificate;
   ws.target.assign(nb, Vec6::Zero());
   Newton{problem, cones, space, ws}.refine();
-  for (std::size_t i = 0; i < nc; ++i) impulse[i] = ws.reaction[i].force;
+  for (std::size_t i = 0; i < cones.size(); ++i) impulse[i] = ws.reaction[i].force;
   certificate = ws.y;
   return true;
 }

@@ -48,4 +48,15 @@ bool refine_minimum_norm(const ContactProblem& problem, const std::vector<Fricti
                          MinimumNormWorkspace& ws, std::vector<Vec3>& impulse,
                          std::vector<Vec6>& certificate);
 
+// Its parts. The impulses that a certificate of another geometry stands for in this one, on
+// ws.faces; none of them slides.
+void take_certificate(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+                      const std::vector<Vec6>& certificate, MinimumNormWorkspace& ws,
+                      std::vector<Vec3>& impulse);
+// What the slips of v (m/s) ask for where the impulses, those of the certificate, may change
+// freely (ws.d). False (nothing changed) if the matrix is singular.
+bool stop_slips(const ContactProblem& problem, const std::vector<FrictionCone>& cones, double eps,
+                const std::vector<Vec6>& v, BodySpace& space, MinimumNormWorkspace& ws,
+                std::vector<Vec3>& impulse, std::vector<Vec6>& certificate);
+
 }  // namespace rb

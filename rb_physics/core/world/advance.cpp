@@ -86,10 +86,11 @@ void IslandAdvance::run(double h) {
     if (!last && stop_short(tau)) event = true;
     book();
     move(tau);
-    take_back(tau);
     left -= tau;
+    if (!(left > 1e-14 * h)) close_loaded(tau);
+    take_back(tau);
     elapsed_ += tau;
-    if (last || !(left > 1e-14 * h)) break;
+    if (!(left > 1e-14 * h)) break;
     move_partners(elapsed_);
     if (guarded && event) {
       wait(left);

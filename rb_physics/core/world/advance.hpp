@@ -67,6 +67,9 @@ class IslandAdvance {
   void add_forces(double tau);
   // Takes the height of rebounds that are over by the end out of the displacement. Fills `shift_`.
   void settle(double tau, bool last);
+  void close_loaded(double tau);
+  bool close_once(double tau);
+  ContactPlace place_after(const Contact& c, double tau, double& gap) const;
   void shift_to_end_velocities(double tau);
   // What turning contacts and displacements made of energy and angular momentum over tau.
   void take_back(double tau);
@@ -111,6 +114,8 @@ class IslandAdvance {
   bool rebound_ahead(double left) const;
   void add_impulse(Contact& c, const ContactConstraint& k, const Vec3& impulse, const Vec3& moment);
   bool approaches() const;
+  void look_who_carried();
+  bool drifts(std::int32_t contact, double speed) const;
   bool turning(double tau) const;
   void build_midpoint(const BodyIndex& index, double tau);
 

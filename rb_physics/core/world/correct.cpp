@@ -36,7 +36,7 @@ Mat3 harmless_inverse_inertia(const World& world, std::int32_t row, const Mat3& 
 namespace {
 
 constexpr double slack = 0.01;  // of the touch distance: rounding is left alone
-constexpr int passes = 4;       // the gaps are linearised: curved ones take another look
+constexpr int passes = 8;       // the gaps are linearised: curved ones take another look
 
 // Times the touch distance: large islands are put right once in every step (world/one_solve.cpp),
 // and what turning makes of that, up to 3e-4 of the size of the smaller body, is left to the next

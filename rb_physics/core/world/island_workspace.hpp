@@ -2,6 +2,7 @@
 // warm-up allocates nothing. Holds no state; results never depend on it.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "body/body.hpp"
@@ -9,6 +10,7 @@
 #include "contact/contact.hpp"
 #include "contact/kinematics.hpp"
 #include "contact/problem.hpp"
+#include "solver/closing.hpp"
 #include "solver/contact_solver.hpp"
 #include "world/group_balance.hpp"
 #include "world/stats.hpp"
@@ -36,6 +38,7 @@ struct IslandWorkspace {
   std::vector<ColliderPair> pairs, covered;
   std::vector<RigidState> start, partner_start;
   std::vector<std::int32_t> partners, slides, active, settled;
+  std::vector<std::uint8_t> carried;  // per contact
   std::vector<Wrench> total;
   std::vector<Vec3> slip_before;
   std::vector<ContactDrift> drifts;
@@ -43,6 +46,8 @@ struct IslandWorkspace {
   ContactPoints points;
   std::vector<BodyGain> gains;
   GroupWorkspace groups;
+  std::vector<double> gaps;  // m, per contact
+  ClosingWorkspace closing;
 
   // Of all islands this thread moved in the step.
   std::vector<Contact> replaced;  // of islands whose contacts were found again on the way

@@ -38,7 +38,8 @@ void IslandAdvance::settle(double tau, bool last) {
     if (!contacts[active_[n]].touching()) continue;
     if (work.solution.impulse[n].x() > 0.0) {
       work_.settled.push_back(active_[n]);
-      over |= slip_before_[n].x() > tolerance::resting_speed;
+      const double parting = slip_before_[n].x();
+      over |= parting > tolerance::resting_speed && !drifts(active_[n], parting);
     }
   }
   if (!over) return;
