@@ -66,7 +66,7 @@ bool ContactSolve::pivot_normals() {
   ws.saved_impulse = io.impulse;
   ws.certificate = io.certificate;
   const FrictionlessReport r =
-      solve_frictionless(problem, options, ws.frictionless, io.impulse, ws.certificate);
+      solve_frictionless(problem, options, ws.v, ws.frictionless, io.impulse, ws.certificate);
   report.newton_steps += r.factorizations;
   work += r.work / 100.0 + 4.0 * r.factorizations * static_cast<double>(problem.contacts.size());
   if (!r.solved) return false;

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <span>
+#include <utility>
 
 namespace rb {
 namespace {
@@ -34,7 +35,7 @@ struct Pivoting {
   FrictionlessReport& report;
   double fastest = 0.0;   // m/s, of d
   double rounding = 0.0;  // m/s
-  bool dependent = false;
+  bool dependent = false, factored = false;
 
   double motion(const Row& r, const std::vector<Vec6>& v) const {
     double s = r.normal.dot(v[r.a].head<3>()) + r.turn_a.dot(v[r.a].tail<3>());
@@ -87,69 +88,115 @@ struct Pivoting {
     }
   }
 
-  template <typename F>
-  void for_neighbours(std::int32_t i, F&& f) const {  // f(contact, shared body)
-    const Row& r = ws.rows[i];
-    for (const std::int32_t body : {r.a, r.b}) {
-      if (body < 0) continue;
-      for (std::int32_t k = ws.first_of_body[body]; k < ws.first_of_body[body + 1]; ++k) {
-        const std::int32_t j = ws.of_body[k];
-        if (j != i && ws.carries[j]) f(j, body);
+  // What A has beside its diagonal: two contacts of a body each.
+  void couple() {
+    const std::size_t nc = ws.rows.size();
+    const auto of_body = [&](std::size_t body) {
+      return std::pair(ws.first_of_body[body], ws.first_of_body[body + 1]);
+    };
+    ws.first_coupling.assign(nc + 1, 0);
+    for (std::size_t i = 0; i < nc; ++i) {
+      for (const std::int32_t body : {ws.rows[i].a, ws.rows[i].b}) {
+        if (body < 0) continue;
+        const auto [begin, end] = of_body(body);
+        ws.first_coupling[i + 1] += end - begin - 1;
       }
     }
+    for (std::size_t i = 0; i < nc; ++i) ws.first_coupling[i + 1] += ws.first_coupling[i];
+    ws.next_coupling.assign(ws.first_coupling.begin(), ws.first_coupling.end() - 1);
+    ws.couplings.resize(ws.first_coupling.back());
+    for (std::size_t body = 0; body + 1 < ws.first_of_body.size(); ++body) {
+      const auto [begin, end] = of_body(body);
+      for (std::int32_t x = begin; x < end; ++x) {
+        const std::int32_t i = ws.of_body[x];
+        const Row& r = ws.rows[i];
+        const bool of_a = r.a == static_cast<std::int32_t>(body);
+        const Vec3& turn = of_a ? r.turn_a : r.turn_b;
+        for (std::int32_t y = x + 1; y < end; ++y) {
+          const std::int32_t j = ws.of_body[y];
+          const Row& other = ws.rows[j];
+          const bool other_a = other.a == static_cast<std::int32_t>(body);
+          const double s = problem.inv_mass[body] * r.normal.dot(other.normal) +
+                           turn.dot(other_a ? other.response_a : other.response_b);
+          const double value = of_a == other_a ? s : -s;
+          ws.couplings[ws.next_coupling[i]++] = {j, value};
+          ws.couplings[ws.next_coupling[j]++] = {i, value};
+        }
+      }
+    }
+  }
+
+  std::span<const FrictionlessWorkspace::Coupling> couplings_of(std::int32_t i) const {
+    return std::span(ws.couplings)
+        .subspan(ws.first_coupling[i], ws.first_coupling[i + 1] - ws.first_coupling[i]);
   }
 
   // Those that can be reached from contact i, in breadth; appended to the order.
   void walk(std::int32_t i) {
-    std::size_t at = ws.order.size();
-    ws.order.push_back(i);
+    std::size_t at = ws.all.size();
+    ws.all.push_back(i);
     ws.place[i] = 0;
-    for (; at < ws.order.size(); ++at) {
-      for_neighbours(ws.order[at], [&](std::int32_t j, std::int32_t) {
-        if (ws.place[j] >= 0) return;
+    for (; at < ws.all.size(); ++at) {
+      for (const auto& [j, value] : couplings_of(ws.all[at])) {
+        if (ws.place[j] >= 0) continue;
         ws.place[j] = 0;
-        ws.order.push_back(j);
-      });
+        ws.all.push_back(j);
+      }
     }
   }
 
   void sort() {
-    const std::size_t nc = ws.rows.size();
-    ws.order.clear();
+    const auto nc = static_cast<std::int32_t>(ws.rows.size());
+    ws.all.clear();
     ws.place.assign(nc, -1);
-    const auto all =
-        static_cast<std::size_t>(std::count(ws.carries.begin(), ws.carries.end(), std::uint8_t{1}));
-    for (std::size_t i = 0; i < nc; ++i) {
-      if (!ws.carries[i] || ws.place[i] >= 0) continue;
-      const std::size_t from = ws.order.size();
-      if (all <= kFew) {
-        ws.order.push_back(static_cast<std::int32_t>(i));
+    for (std::int32_t i = 0; i < nc; ++i) {
+      if (ws.place[i] >= 0) continue;
+      if (ws.rows.size() <= kFew) {
+        ws.all.push_back(i);
         continue;
       }
       // From the far end of it.
-      walk(static_cast<std::int32_t>(i));
-      const std::int32_t end = ws.order.back();
-      for (std::size_t k = from; k < ws.order.size(); ++k) ws.place[ws.order[k]] = -1;
-      ws.order.resize(from);
+      const std::size_t from = ws.all.size();
+      walk(i);
+      const std::int32_t end = ws.all.back();
+      for (std::size_t k = from; k < ws.all.size(); ++k) ws.place[ws.all[k]] = -1;
+      ws.all.resize(from);
       walk(end);
     }
-    std::reverse(ws.order.begin(), ws.order.end());
-    for (std::size_t k = 0; k < ws.order.size(); ++k)
-      ws.place[ws.order[k]] = static_cast<std::int32_t>(k);
+    std::reverse(ws.all.begin(), ws.all.end());
+    ws.order.clear();
+  }
+
+  // Those that carry, in order; returns how many of the first are those of the last time.
+  std::size_t list_carrying() {
+    std::size_t n = 0, same = 0;
+    const std::size_t before = ws.order.size();
+    ws.order.resize(ws.rows.size());
+    for (const std::int32_t i : ws.all) {
+      if (!ws.carries[i]) continue;
+      if (same == n && n < before && ws.order[n] == i) ++same;
+      ws.order[n] = i;
+      ws.place[i] = static_cast<std::int32_t>(n++);
+    }
+    ws.order.resize(n);
+    return same;
   }
 
   bool factorize() {
-    sort();
+    if (!factored) ws.order.clear();
+    const std::size_t same = list_carrying();
+    factored = false;
     const std::size_t n = ws.order.size();
     ws.first.resize(n);
     ws.start.resize(n + 1);
     ws.inverse.resize(n);
     double work = 0.0;
-    std::int32_t size = 0;
-    for (std::size_t p = 0; p < n; ++p) {
+    std::int32_t size = same > 0 ? ws.start[same] : 0;
+    for (std::size_t p = same; p < n; ++p) {
       auto first = static_cast<std::int32_t>(p);
-      for_neighbours(ws.order[p],
-                     [&](std::int32_t j, std::int32_t) { first = std::min(first, ws.place[j]); });
+      for (const auto& [j, value] : couplings_of(ws.order[p])) {
+        if (ws.carries[j]) first = std::min(first, ws.place[j]);
+      }
       const auto width = static_cast<std::int32_t>(p) - first;
       ws.first[p] = first;
       ws.start[p] = size;
@@ -160,22 +207,15 @@ struct Pivoting {
     if (work > options.max_work) return false;
     report.work += work;
     ++report.factorizations;
-    ws.lower.assign(size, 0.0);
-    dependent = false;
-    for (std::size_t p = 0; p < n; ++p) {
+    ws.lower.resize(size);
+    std::fill(ws.lower.begin() + (same < n ? ws.start[same] : size), ws.lower.end(), 0.0);
+    for (std::size_t p = same; p < n; ++p) {
       const Row& r = ws.rows[ws.order[p]];
       const std::int32_t first = ws.first[p];
       double* row = ws.lower.data() + ws.start[p] - first;  // row[column]
-      for_neighbours(ws.order[p], [&](std::int32_t j, std::int32_t body) {
-        const std::int32_t column = ws.place[j];
-        if (column >= static_cast<std::int32_t>(p)) return;
-        const Row& other = ws.rows[j];
-        const bool of_a = r.a == body, other_a = other.a == body;
-        const double s =
-            problem.inv_mass[body] * r.normal.dot(other.normal) +
-            (of_a ? r.turn_a : r.turn_b).dot(other_a ? other.response_a : other.response_b);
-        row[column] += of_a == other_a ? s : -s;
-      });
+      for (const auto& [j, value] : couplings_of(ws.order[p])) {
+        if (ws.carries[j] && ws.place[j] < static_cast<std::int32_t>(p)) row[ws.place[j]] += value;
+      }
       double pivot = r.diagonal;
       for (std::int32_t q = first; q < static_cast<std::int32_t>(p); ++q) {
         const std::int32_t from = std::max(first, ws.first[q]);
@@ -188,10 +228,10 @@ struct Pivoting {
         continue;
       }
       if (options.unique) return false;
-      dependent = true;
       ws.inverse[p] = 0.0;
     }
-    return true;
+    dependent = std::find(ws.inverse.begin(), ws.inverse.end(), 0.0) != ws.inverse.end();
+    return factored = true;
   }
 
   // A x = right, in place, in the order of the factor.
@@ -282,16 +322,25 @@ struct Pivoting {
 }  // namespace
 
 FrictionlessReport solve_frictionless(const ContactProblem& problem,
-                                      const FrictionlessOptions& options, FrictionlessWorkspace& ws,
+                                      const FrictionlessOptions& options,
+                                      const std::vector<Vec6>& velocity, FrictionlessWorkspace& ws,
                                       std::vector<Vec3>& impulse, std::vector<Vec6>& certificate) {
   FrictionlessReport report;
   Pivoting pivoting{problem, options, ws, report};
   pivoting.load();
+  pivoting.couple();
+  pivoting.sort();
   pivoting.rounding = std::max(options.rounding, kNoise * pivoting.fastest);
   const std::size_t nc = ws.rows.size();
+  // What approaches under the forces of the guess will carry; without any, also what rests.
+  const bool pushed =
+      std::any_of(impulse.begin(), impulse.end(), [](const Vec3& f) { return f.x() > 0.0; });
+  const double least = pushed ? pivoting.rounding : -pivoting.rounding;
   ws.carries.resize(nc);
-  for (std::size_t i = 0; i < nc; ++i)
-    ws.carries[i] = impulse[i].x() > 0.0 || ws.rows[i].d <= pivoting.rounding;
+  for (std::size_t i = 0; i < nc; ++i) {
+    const double speed = pivoting.motion(ws.rows[i], velocity) + problem.contacts[i].bias.x();
+    ws.carries[i] = ws.rows[i].diagonal * impulse[i].x() - speed > least;
+  }
   if (!pivoting.run()) return report;
   report.solved = true;
   report.unique = !pivoting.dependent;

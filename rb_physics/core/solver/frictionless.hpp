@@ -22,9 +22,15 @@ struct FrictionlessWorkspace {
     std::int32_t a, b;            // bodies
   };
   std::vector<Row> rows;
+  struct Coupling {
+    std::int32_t contact;
+    double value;  // 1/kg; where two contacts share both bodies, one of two parts
+  };
   std::vector<std::int32_t> first_of_body, of_body;  // contacts of each body
-  std::vector<std::uint8_t> carries;                 // the active set
-  std::vector<std::int32_t> order, place, queue, degree;
+  std::vector<std::int32_t> first_coupling, next_coupling;
+  std::vector<Coupling> couplings;              // of each contact: what A has beside the diagonal
+  std::vector<std::uint8_t> carries;            // the active set
+  std::vector<std::int32_t> all, order, place;  // all contacts, and those that carry, in order
   std::vector<std::int32_t> first, start;  // of each row of the envelope: column, place in `lower`
   std::vector<double> lower, inverse;      // L; 1 / L_ii, 0 where the row depends on earlier ones
   std::vector<double> force, speed, right;
@@ -44,10 +50,12 @@ struct FrictionlessReport {
   double work = 0.0;  // multiply-adds
 };
 
-// `impulse` in: which contacts carry, to begin with; out: the answer, if solved. `certificate`, if
-// the answer is unique: see ContactSolution. A contact that depends on others carries nothing.
+// `impulse` in: a guess, and `velocity` what it makes of v_free: they tell which contacts carry, to
+// begin with; out: the answer, if solved. `certificate`, if the answer is unique: see
+// ContactSolution. A contact that depends on others carries nothing.
 FrictionlessReport solve_frictionless(const ContactProblem& problem,
                                       const FrictionlessOptions& options,
+                                      const std::vector<Vec6>& velocity,
                                       FrictionlessWorkspace& workspace, std::vector<Vec3>& impulse,
                                       std::vector<Vec6>& certificate);
 
