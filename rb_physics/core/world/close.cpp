@@ -54,6 +54,8 @@ ContactPlace IslandAdvance::place_after(const Contact& c, double tau, double& ga
 void IslandAdvance::close_loaded(double tau) {
   if (world_.settings.stepper != Stepper::FIXED || !(shift_.empty() || pushed_) || !turning(tau))
     return;
+  const auto is_round = [this](const Contact& c) { return c.loaded && !is_flat(world_, c); };
+  if (std::any_of(contacts.begin(), contacts.end(), is_round)) return;
   constexpr int most_looks = 3;  // gaps are linearised
   for (int look = 0; look < most_looks && close_once(tau); ++look) {
   }
