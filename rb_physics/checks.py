@@ -16,6 +16,9 @@ from .errors import SceneError
 
 Array = NDArray[np.float64]
 
+_DOUBLE = np.dtype(np.float64)
+_PLAIN = frozenset((float, int))
+_EXACT = 2**53  # whole numbers below are doubles
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 QUATERNION_NORM = 1e-3  # |q| may be off by this much and is then normalised
 _GREATEST_INERTIA = 1e90  # kg m²
@@ -54,7 +57,17 @@ def real_numbers(value: Any) -> Array | None:
 
 def vector(body: str | None, field: str, value: Any, size: int = 3, unit: str = "") -> Array:
     """``size`` finite numbers."""
-    array = real_numbers(value)
+    # Most are arrays of doubles or tuples of plain numbers: a third of the time.
+    array: Array | None
+    if type(value) is np.ndarray and value.dtype is _DOUBLE:
+        array = value.copy()
+    elif type(value) is tuple and _PLAIN.issuperset(map(type, value)):
+        try:
+            array = np.array(value, _DOUBLE)
+        except OverflowError:
+            array = None
+    else:
+        array = real_numbers(value)
     # For a few numbers quicker than numpy's own test.
     if array is None or array.shape != (size,) or not all(map(math.isfinite, array.tolist())):
         words = f"{size} finite numbers" + (f" ({unit})" if unit else "")
@@ -137,11 +150,11 @@ def number(
     unit: str = "",
 ) -> float:
     """A finite number within [least, most], or (least, most] with ``above``."""
-    if type(value) is not float:
+    if type(value) is float or (type(value) is int and abs(value) < _EXACT):
+        good = math.isfinite(value)
+    else:
         array = real_numbers(value)
         good = array is not None and array.ndim == 0 and math.isfinite(array)
-    else:
-        good = math.isfinite(value)
     if good and least is not None:
         good = bool(value > least if above else value >= least)
     if good and most is not None:

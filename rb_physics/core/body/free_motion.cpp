@@ -105,4 +105,18 @@ RigidState move_free(const RigidState& s, const Inertia& in, const Wrench& w, do
   return out;
 }
 
+Vec6 velocities_after(const RigidState& s, const Inertia& in, const Wrench& w, double h) {
+  RigidState end;
+  if (in.isotropic) {
+    const Vec3 half_kick = (0.5 * h) * w.torque;
+    end.p = s.p + h * w.force;
+    end.L = (s.L + half_kick) + half_kick;
+  } else {
+    end = move_free(s, in, w, h);
+  }
+  Vec6 out;
+  out << linear_velocity(end, in), angular_velocity(end, in);
+  return out;
+}
+
 }  // namespace rb

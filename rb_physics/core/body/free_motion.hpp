@@ -19,4 +19,8 @@ Quat rotate_free(const Quat& q, const Vec3& L, const Inertia& i, double h);
 // the torque (half kick, free rotation, half kick), exact when the torque is zero.
 RigidState move_free(const RigidState& s, const Inertia& i, const Wrench& w, double h);
 
+// Linear and angular velocity at its end, m/s and rad/s; what turns like a sphere need not be
+// turned for that.
+Vec6 velocities_after(const RigidState& s, const Inertia& i, const Wrench& w, double h);
+
 }  // namespace rb

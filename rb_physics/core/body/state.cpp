@@ -21,8 +21,7 @@ Mat3 world_inverse_inertia(const Quat& q, const Inertia& i) {
   return 0.5 * (m + m.transpose());  // symmetric to the bit: solvers rely on it
 }
 
-Vec3 angular_velocity(const RigidState& s, const Inertia& i) {
-  if (i.isotropic) return i.inv_body(0, 0) * s.L;
+Vec3 angular_velocity_in_turn(const RigidState& s, const Inertia& i) {
   return s.q * Vec3(i.inv_body * (s.q.conjugate() * s.L));
 }
 

@@ -45,7 +45,11 @@ Mat3 inverse_of_inertia(const Mat3& inertia);
 Mat3 world_inverse_inertia(const Quat& q, const Inertia& i);
 
 // omega = J^-1 L (S4).
-Vec3 angular_velocity(const RigidState& s, const Inertia& i);
+Vec3 angular_velocity_in_turn(const RigidState& s, const Inertia& i);  // by way of the body's axes
+inline Vec3 angular_velocity(const RigidState& s, const Inertia& i) {
+  if (i.isotropic) return i.inv_body(0, 0) * s.L;
+  return angular_velocity_in_turn(s, i);
+}
 
 // L = R J_b R^T omega (S4).
 Vec3 angular_momentum(const Quat& q, const Inertia& i, const Vec3& omega);

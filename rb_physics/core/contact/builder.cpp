@@ -22,20 +22,15 @@ void build_bodies(const std::vector<Body>& bodies, const BodyIndex& index, Conta
   out.contacts.clear();
 }
 
-ContactPlace place_of(const std::vector<Body>& bodies, const Contact& contact) {
-  return {0.5 * (contact.point.point_a + contact.point.point_b), contact.point.normal,
-          bodies[contact.body_a].state.x, bodies[contact.body_b].state.x};
-}
-
-ContactConstraint make_constraint(const std::vector<Body>& bodies, const BodyIndex& index,
-                                  const Contact& contact, const ContactPlace& place) {
+void set_constraint(const std::vector<Body>& bodies, const BodyIndex& index, const Contact& contact,
+                    const ContactPlace& place, ContactConstraint& c) {
   const Body& b = bodies[contact.body_b];
-  ContactConstraint c;
   c.a = (*index.index_of)[contact.body_a];
   c.b = b.is_dynamic() ? (*index.index_of)[contact.body_b] : -1;
   c.r_a = place.point - place.center_a;
   c.r_b = place.point - place.center_b;
   c.frame = contact_frame(place.normal);
+  c.bias = c.angular_bias = Vec3::Zero();
   if (b.type == BodyType::KINEMATIC) {
     c.bias = -(c.frame * ((b.velocity - index.reference) + b.spin.cross(c.r_b)));
     c.angular_bias = -(c.frame * b.spin);
@@ -47,17 +42,11 @@ ContactConstraint make_constraint(const std::vector<Body>& bodies, const BodyInd
   c.rolling_friction = contact.material.rolling_friction;
   c.spinning_friction = contact.material.spinning_friction;
   c.restitution = contact.material.restitution;
-  return c;
 }
 
 void build_contact(const std::vector<Body>& bodies, const BodyIndex& index, const Contact& contact,
                    const ContactPlace& place, ContactProblem& out) {
-  out.contacts.push_back(make_constraint(bodies, index, contact, place));
-}
-
-Vec3 relative_velocity(const Body& a, const Body& b, const Vec3& point) {
-  return a.linear_velocity() + a.angular_velocity().cross(point - a.state.x) - b.linear_velocity() -
-         b.angular_velocity().cross(point - b.state.x);
+  set_constraint(bodies, index, contact, place, out.contacts.emplace_back());
 }
 
 }  // namespace rb

@@ -44,6 +44,7 @@ struct Contact {
   Vec3 moment_a = Vec3::Zero();  // N m s, angular impulse on A about its centre of mass, last step
   Vec3 moment_b = Vec3::Zero();  // N m s, the same on B
   bool loaded = false;           // carried force until now, by the last solve
+  bool lifted = false;           // its geometry is that of a plane beside it (world/seams.cpp)
 
   // What carries force is closed, however far the third-order error of its turning has opened it.
   bool touching() const { return point.separation <= touch || has_opened(); }

@@ -32,6 +32,25 @@ inline Vec3 relative_spin(const ContactConstraint& c, const std::vector<Vec6>& v
   return relative_turning(c, v) + c.angular_bias;
 }
 
+// |v| + |omega| |r|, m/s: no point at r is faster. Keeps the norms of the body asked for last.
+class SurfaceSpeed {
+ public:
+  explicit SurfaceSpeed(const std::vector<Vec6>& v) : v_(v) {}
+  double operator()(std::int32_t body, const Vec3& r) {
+    if (body != body_) {
+      body_ = body;
+      linear_ = v_[body].head<3>().norm();
+      angular_ = v_[body].tail<3>().norm();
+    }
+    return linear_ + angular_ * r.norm();
+  }
+
+ private:
+  const std::vector<Vec6>& v_;
+  std::int32_t body_ = -1;
+  double linear_ = 0.0, angular_ = 0.0;
+};
+
 // v += M^-1 J_i^T (impulse, moment), both in the contact frame.
 inline void apply_impulse(const ContactProblem& p, const ContactConstraint& c, const Vec3& impulse,
                           std::vector<Vec6>& v) {

@@ -18,7 +18,7 @@ ContactResidual ContactSolve::measure() {
   velocity_from_impulses(problem, io.impulse, io.moment, ws.v);
   work += 1.0 * static_cast<double>(problem.contacts.size());
   const ContactResidual r =
-      natural_map_residual(problem, ws.scales, ws.cones, io.impulse, io.moment, ws.v);
+      natural_map_residual(problem, ws.scales, ws.cones, io.impulse, io.moment, ws.v, &ws.slips);
   report.residual = r.natural_map;
   typical = r.typical_velocity;
   measured = r;
@@ -81,7 +81,7 @@ bool ContactSolve::accept_warm_start() {
   if (r.typical_velocity == 0.0) return report.minimum_norm = true;
   if (release_sliding(r.typical_velocity)) return false;
   if (settings.minimum_norm && problem.contacts.size() > 1) {
-    cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
+    cone_faces(problem, ws.cones, ws.v, ws.slips, face_threshold(r), ws.minimum_norm.faces);
     if (!is_minimum_norm(problem, ws.cones, ws.minimum_norm.faces, io.impulse, io.moment,
                          io.certificate, settings.warm_tolerance)) {
       return false;

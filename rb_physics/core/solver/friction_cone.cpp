@@ -144,29 +144,8 @@ Reaction project(const FrictionCone& cone, const ConeFace* face, const Reaction&
   return gather(n, c, count);
 }
 
-// The plain friction cone in closed form: what nearly all contacts are.
 Reaction project_force(double mu, const Vec3& a, ReactionDerivative* d) {
-  const double size = a.tail<2>().norm();
-  if (a[0] > 0.0 && size <= mu * a[0]) {
-    if (d != nullptr) d->ff.setIdentity();
-    return {a, Vec3::Zero()};
-  }
-  const double n = (a[0] + mu * size) / (1.0 + mu * mu);
-  if (!(n > 0.0)) {
-    if (d != nullptr) d->ff.setZero();
-    return {};
-  }
-  Vec3 ray(1.0, 0.0, 0.0);
-  if (size > 0.0) ray.tail<2>() = (mu / size) * a.tail<2>();
-  if (d != nullptr) {
-    d->ff = (ray * ray.transpose()) / (1.0 + mu * mu);
-    if (mu > 0.0) {
-      const Vec2 e = a.tail<2>() / size;
-      d->ff.bottomRightCorner<2, 2>() +=
-          (mu * n / size) * (Eigen::Matrix2d::Identity() - e * e.transpose());
-    }
-  }
-  return {n * ray, Vec3::Zero()};
+  return {project_on_plain_cone(mu, a, d != nullptr ? &d->ff : nullptr), Vec3::Zero()};
 }
 
 Reaction alart_curnier_force(double mu, const Vec3& a, ReactionDerivative* d) {

@@ -41,6 +41,32 @@ struct ReactionDerivative {
   Mat3 ff, fm, mf, mm;
 };
 
+// Orthogonal projection on the cone of a force alone, |a_t| <= mu a_n, in closed form: what nearly
+// all contacts are. `d` (may be null) gets a generalised Jacobian, symmetric.
+inline Vec3 project_on_plain_cone(double mu, const Vec3& a, Mat3* d) {
+  const double size = a.tail<2>().norm();
+  if (a[0] > 0.0 && size <= mu * a[0]) {
+    if (d != nullptr) d->setIdentity();
+    return a;
+  }
+  const double n = (a[0] + mu * size) / (1.0 + mu * mu);
+  if (!(n > 0.0)) {
+    if (d != nullptr) d->setZero();
+    return Vec3::Zero();
+  }
+  Vec3 ray(1.0, 0.0, 0.0);
+  if (size > 0.0) ray.tail<2>() = (mu / size) * a.tail<2>();
+  if (d != nullptr) {
+    *d = (ray * ray.transpose()) / (1.0 + mu * mu);
+    if (mu > 0.0) {
+      const Vec2 e = a.tail<2>() / size;
+      d->bottomRightCorner<2, 2>() +=
+          (mu * n / size) * (Eigen::Matrix2d::Identity() - e * e.transpose());
+    }
+  }
+  return n * ray;
+}
+
 // Orthogonal projection on K, or on one of its faces. Exact; `d` (may be null) gets a generalised
 // Jacobian, symmetric.
 Reaction project_on_cone(const FrictionCone& cone, const Reaction& a, ReactionDerivative* d);

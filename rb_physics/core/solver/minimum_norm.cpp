@@ -135,35 +135,51 @@ struct Newton {
 
 }  // namespace
 
+namespace {
+
+ConeFace face_of(const ContactConstraint& c, const FrictionCone& cone, const Vec3& u,
+                 const std::vector<Vec6>& v, double threshold) {
+  ConeFace face;
+  if (u[0] > threshold) {
+    face.open = true;
+    return face;
+  }
+  const double slide = u.tail<2>().norm();
+  if (slide > threshold) {
+    face.slides = true;
+    face.slide_direction = u.tail<2>() / slide;
+  }
+  if (!cone.has_moment()) return face;
+  const Vec3 w = cone.length * relative_spin(c, v);
+  const double roll = w.tail<2>().norm();
+  if (std::abs(w[0]) > threshold) {
+    face.spins = true;
+    face.spin_direction = w[0] > 0.0 ? 1.0 : -1.0;
+  }
+  if (roll > threshold) {
+    face.rolls = true;
+    face.roll_direction = w.tail<2>() / roll;
+  }
+  return face;
+}
+
+}  // namespace
+
 void cone_faces(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
                 const std::vector<Vec6>& v, double threshold, std::vector<ConeFace>& faces) {
   faces.resize(cones.size());
   for (std::size_t i = 0; i < cones.size(); ++i) {
     const ContactConstraint& c = problem.contacts[i];
-    ConeFace& face = faces[i];
-    face = {};
-    const Vec3 u = relative_velocity(c, v);
-    if (u[0] > threshold) {
-      face.open = true;
-      continue;
-    }
-    const double slide = u.tail<2>().norm();
-    if (slide > threshold) {
-      face.slides = true;
-      face.slide_direction = u.tail<2>() / slide;
-    }
-    if (!cones[i].has_moment()) continue;
-    const Vec3 w = cones[i].length * relative_spin(c, v);
-    const double roll = w.tail<2>().norm();
-    if (std::abs(w[0]) > threshold) {
-      face.spins = true;
-      face.spin_direction = w[0] > 0.0 ? 1.0 : -1.0;
-    }
-    if (roll > threshold) {
-      face.rolls = true;
-      face.roll_direction = w.tail<2>() / roll;
-    }
+    faces[i] = face_of(c, cones[i], relative_velocity(c, v), v, threshold);
   }
+}
+
+void cone_faces(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+                const std::vector<Vec6>& v, const std::vector<Vec3>& slips, double threshold,
+                std::vector<ConeFace>& faces) {
+  faces.resize(cones.size());
+  for (std::size_t i = 0; i < cones.size(); ++i)
+    faces[i] = face_of(problem.contacts[i], cones[i], slips[i], v, threshold);
 }
 
 bool is_minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
@@ -174,10 +190,17 @@ bool is_minimum_norm(const ContactProblem& problem, const std::vector<FrictionCo
   double largest = 0.0;
   double deviation = 0.0;
   for (std::size_t i = 0; i < cones.size(); ++i) {
+    largest = std::max(largest, impulse[i].squaredNorm());
+    if (!cones[i].has_moment() && !faces[i].open && !faces[i].slides) {
+      const Vec3 y = relative_motion(problem.contacts[i], certificate);
+      const Vec3 force = project_on_plain_cone(cones[i].slide, y, nullptr);
+      const double sq = (force - impulse[i]).squaredNorm();
+      if (!(sq <= deviation)) deviation = sq;
+      continue;
+    }
     const Reaction r =
         project_on_face(cones[i], faces[i],
                         contact_components(problem.contacts[i], cones[i], certificate), nullptr);
-    largest = std::max(largest, impulse[i].squaredNorm());
     double sq = (r.force - impulse[i]).squaredNorm();
     if (cones[i].has_moment()) sq += (r.moment - moment[i] / cones[i].length).squaredNorm();
     if (!(sq <= deviation)) deviation = sq;

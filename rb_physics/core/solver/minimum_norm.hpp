@@ -25,6 +25,9 @@ struct MinimumNormWorkspace {
 // Faces left by the slip of v; slips below `threshold` (m/s) count as zero.
 void cone_faces(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
                 const std::vector<Vec6>& v, double threshold, std::vector<ConeFace>& faces);
+void cone_faces(const ContactProblem& problem, const std::vector<FrictionCone>& cones,
+                const std::vector<Vec6>& v, const std::vector<Vec3>& slips, double threshold,
+                std::vector<ConeFace>& faces);  // slips: u of every contact at v, m/s
 
 // True if impulses are P_F(J y) to `tolerance` of the largest impulse: they are the least.
 bool is_minimum_norm(const ContactProblem& problem, const std::vector<FrictionCone>& cones,

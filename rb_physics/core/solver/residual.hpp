@@ -38,10 +38,12 @@ struct ContactScales {
 void contact_scales(const ContactProblem& problem, ContactScales& scales);
 
 // The same for given cones and velocities v = v_free + M^-1 J^T lambda. Used inside the solvers.
+// `slips` (may be null) get what it is made of: u of every contact, m/s.
 ContactResidual natural_map_residual(const ContactProblem& problem, const ContactScales& scales,
                                      const std::vector<FrictionCone>& cones,
                                      const std::vector<Vec3>& impulse,
-                                     const std::vector<Vec3>& moment, const std::vector<Vec6>& v);
+                                     const std::vector<Vec3>& moment, const std::vector<Vec6>& v,
+                                     std::vector<Vec3>* slips = nullptr);
 
 // Relative size of the rounding in u = J v: no solver can promise a residual below it.
 double rounding_floor(const ContactProblem& problem, const std::vector<Vec6>& v,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "body/free_motion.hpp"
 #include "body/rk4.hpp"
@@ -202,8 +203,21 @@ void IslandAdvance::mark() {
 }
 
 void IslandAdvance::move(double tau) {
+  relative_known_ = false;
   for (std::size_t k = 0; k < rows_.size(); ++k) move_body(k, tau);
 }
+
+namespace {
+
+// A way shorter than a rounding of the body's size, and a turn by less than one of a unit
+// quaternion, is none: wherever the world's origin and axes are, as far from them it is.
+void keep_still(const RigidState& start, double reach, RigidState& end) {
+  constexpr double rounding = std::numeric_limits<double>::epsilon();
+  if ((end.x - start.x).cwiseAbs().maxCoeff() <= rounding * reach) end.x = start.x;
+  if ((end.q.coeffs() - start.q.coeffs()).cwiseAbs().maxCoeff() <= rounding) end.q = start.q;
+}
+
+}  // namespace
 
 void IslandAdvance::move_body(std::size_t k, double tau) {
   const bool rk4 = world_.settings.free_motion == FreeMotion::RK4;
@@ -211,6 +225,7 @@ void IslandAdvance::move_body(std::size_t k, double tau) {
   body.state = rk4 ? rk4_step(start_[k], body.inertia, total_[k], tau)
                    : move_free(start_[k], body.inertia, total_[k], tau);
   if (!shift_.empty()) shift_body(body, shift_[k]);
+  keep_still(start_[k], world_.reach[rows_[k]], body.state);
 }
 
 void IslandAdvance::find_again() {

@@ -113,7 +113,7 @@ class IslandAdvance {
   double rest_speed(const Contact& c) const;
   bool rebound_ahead(double left) const;
   void add_impulse(Contact& c, const ContactConstraint& k, const Vec3& impulse, const Vec3& moment);
-  bool approaches() const;
+  bool approaches();
   void look_who_carried();
   bool drifts(std::int32_t contact, double speed) const;
   bool turning(double tau) const;
@@ -125,9 +125,12 @@ class IslandAdvance {
   std::vector<Wrench>& total_ = work_.total;            // external + contact, per body
   std::vector<std::int32_t>& active_ = work_.active;    // contact of each constraint
   std::vector<Vec3>& slip_before_ = work_.slip_before;  // u at the start of carry, contact frame
-  std::vector<ContactDrift>& drifts_ = work_.drifts;    // per constraint
-  std::vector<Vec6>& shift_ = work_.shift;              // m, rad; per body, or empty
-  bool pushed_ = false;                                 // the shift is one that no momentum sees
+  // World axes, m/s, of every contact that touches: what `strike` found, where it changed nothing.
+  std::vector<Vec3>& relative_velocity_ = work_.relative_velocity;
+  bool relative_known_ = false;
+  std::vector<ContactDrift>& drifts_ = work_.drifts;  // per constraint
+  std::vector<Vec6>& shift_ = work_.shift;            // m, rad; per body, or empty
+  bool pushed_ = false;                               // the shift is one that no momentum sees
   bool free_ = false;      // nothing immovable within reach: all momenta are the island's own
   bool at_start_ = false;  // the arms of the last solve are those at the start of its interval
   Vec3 reference_ = Vec3::Zero();  // m/s: problems are set up in the frame that moves along

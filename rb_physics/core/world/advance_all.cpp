@@ -17,28 +17,37 @@ namespace rb {
 
 bool needs_detection(const World& world) { return world.geometry_dirty || travel_grew(world); }
 
+namespace {
+
+bool all_active(World& world) {
+  return !any_contact(world, [](const Contact& c) { return !c.active(); });
+}
+
+}  // namespace
+
 void build_islands(World& world) {
   StepWorkspace& work = world.work;
   std::vector<Contact>& contacts = world.contacts;
-  const auto is_ghost = [](const Contact& c) { return c.role == ContactRole::GHOST; };
-  if (any_contact(world, is_ghost)) std::erase_if(contacts, is_ghost);
-  work.edges.resize(contacts.size());
-  world.known_pairs.resize(contacts.size());
-  std::atomic<bool> all_active = true;
-  work.crew.share_range(contacts.size(), 512, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Contact& c = contacts[i];
-      work.edges[i] = {c.body_a, c.body_b};
-      world.known_pairs[i] = {c.collider_a, c.collider_b};
-      if (!c.active()) all_active = false;
-    }
-  });
-  work.all_active = all_active;
-  world.known_pairs.erase(std::unique(world.known_pairs.begin(), world.known_pairs.end()),
-                          world.known_pairs.end());
-  work.movable.clear();
-  for (const Body& body : world.bodies) work.movable.push_back(body.is_dynamic());
-  world.islands.build(work.movable, work.edges);
+  if (!work.islands_known) {
+    const auto is_ghost = [](const Contact& c) { return c.role == ContactRole::GHOST; };
+    if (any_contact(world, is_ghost)) std::erase_if(contacts, is_ghost);
+    work.edges.resize(contacts.size());
+    world.known_pairs.resize(contacts.size());
+    work.crew.share_range(contacts.size(), 512, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const Contact& c = contacts[i];
+        work.edges[i] = {c.body_a, c.body_b};
+        world.known_pairs[i] = {c.collider_a, c.collider_b};
+      }
+    });
+    world.known_pairs.erase(std::unique(world.known_pairs.begin(), world.known_pairs.end()),
+                            world.known_pairs.end());
+    work.movable.clear();
+    for (const Body& body : world.bodies) work.movable.push_back(body.is_dynamic());
+    world.islands.build(work.movable, work.edges);
+    work.islands_known = true;
+  }
+  work.all_active = all_active(world);
   work.index_of.assign(world.bodies.size(), -1);
   wake_islands(world);
 }
@@ -57,11 +66,9 @@ void add_stats(Stats& sum, const Stats& more) {
   sum.islands += more.islands;
 }
 
-// A large island that has every contact of the world, all of them active: the list serves as it is,
-// and is never found again on the way.
+// An island that has every contact of the world, all of them active: the list serves as it is.
 bool is_all_there_is(const World& world, std::span<const std::int32_t> edges) {
-  return world.settings.stepper == Stepper::FIXED && is_large_island(edges.size()) &&
-         edges.size() == world.contacts.size() && world.work.all_active;
+  return !edges.empty() && edges.size() == world.contacts.size() && world.work.all_active;
 }
 
 void list_contacts(const World& world, std::span<const std::int32_t> edges,
@@ -80,6 +87,16 @@ void list_contacts(const World& world, std::span<const std::int32_t> edges,
   }
 }
 
+// What moving an island changes of a contact that was not found again.
+void take_forces(const Contact& moved, Contact& c) {
+  c.warm_force = moved.warm_force;
+  c.warm_moment = moved.warm_moment;
+  c.impulse = moved.impulse;
+  c.moment_a = moved.moment_a;
+  c.moment_b = moved.moment_b;
+  c.loaded = moved.loaded;
+}
+
 void advance_island(World& world, const Island& island, IslandWorkspace& work) {
   if (sleeps(world, island)) return;
   IslandAdvance advance(world, world.islands.bodies(island), work);
@@ -96,17 +113,18 @@ void advance_island(World& world, const Island& island, IslandWorkspace& work) {
     const IterationCapCounter caps(advance.stats.queries_capped);
     advance.run(world.settings.dt);
   }
-  if (all) {
-    world.contacts.swap(advance.contacts);
-  } else if (advance.found_again) {
+  if (advance.found_again) {
     for (const std::int32_t i : edges) world.work.replaced[i] = 1;
+    world.work.persistent.replace(world.islands.bodies(island));
     work.any_replaced = true;
     work.replaced.insert(work.replaced.end(), advance.contacts.begin(), advance.contacts.end());
     work.replaced.insert(work.replaced.end(), advance.departed.begin(), advance.departed.end());
+  } else if (all) {
+    world.contacts.swap(advance.contacts);
   } else {
     std::size_t k = 0;
     for (const std::int32_t i : edges) {
-      if (world.contacts[i].active()) world.contacts[i] = advance.contacts[k++];
+      if (world.contacts[i].active()) take_forces(advance.contacts[k++], world.contacts[i]);
     }
   }
   add_stats(work.stats, advance.stats);

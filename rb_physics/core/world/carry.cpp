@@ -65,23 +65,33 @@ void IslandAdvance::carry(double tau, bool far_too) {
   const BodyIndex index{rows_, &world_.work.index_of, reference_};
   ContactProblem& problem = work.problem;
   ContactSolution& solution = work.solution;
-  build_bodies(world_.bodies, index, problem);
   if (!(far_too && (at_start_ || !free_)) && turning(tau)) {
+    build_bodies(world_.bodies, index, problem);
     build_midpoint(index, tau);
   } else {
-    for (const std::int32_t i : active_) {
-      build_contact(world_.bodies, index, contacts[i], place_of(world_.bodies, contacts[i]),
-                    problem);
+    problem.contacts.resize(active_.size());  // what stands there is written over
+    for (std::size_t n = 0; n < active_.size(); ++n) {
+      const Contact& c = contacts[active_[n]];
+      set_constraint(world_.bodies, index, c, place_of(world_.bodies, c), problem.contacts[n]);
+    }
+    problem.inv_mass.resize(rows_.size());
+    problem.inv_inertia.resize(rows_.size());
+    problem.velocity.resize(rows_.size());  // below
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const Body& body = world_.bodies[rows_[k]];
+      problem.inv_mass[k] = body.inertia.inv_mass;
+      problem.inv_inertia[k] = world_inverse_inertia(body.state.q, body.inertia);
     }
   }
   slip_before_.clear();
   double drift = 0.0;  // m/s
+  PairVelocities motion(world_.bodies);
   for (std::size_t n = 0; n < active_.size(); ++n) {
     const Contact& contact = contacts[active_[n]];
     ContactConstraint& c = problem.contacts[n];
-    const Vec3 u =
-        c.frame * relative_velocity(world_.bodies[contact.body_a], world_.bodies[contact.body_b],
-                                    place_of(world_.bodies, contact).point);
+    const Vec3 u = c.frame * (relative_known_ && contact.touching()
+                                  ? relative_velocity_[active_[n]]
+                                  : motion.relative_at(contact, middle_of(contact)));
     slip_before_.push_back(u);
     // A contact that slides already has no static friction to overcome.
     const bool slides = u.tail<2>().norm() > stick_speed();
@@ -93,9 +103,8 @@ void IslandAdvance::carry(double tau, bool far_too) {
   double gain = 0.0;  // m/s that the contact forces take away: what they are right to
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const Body& body = world_.bodies[rows_[k]];
-    const RigidState end = move_free(body.state, body.inertia, total_[k], tau);
-    problem.velocity[k] << linear_velocity(end, body.inertia) - reference_,
-        angular_velocity(end, body.inertia);
+    problem.velocity[k] = velocities_after(body.state, body.inertia, total_[k], tau);
+    problem.velocity[k].head<3>() -= reference_;
     const Vec3 before = body.linear_velocity() - reference_;
     gain = std::fmax(gain, (problem.velocity[k].head<3>() - before).norm());
   }
@@ -187,14 +196,20 @@ void IslandAdvance::add_forces(double tau) {
 void IslandAdvance::book() {
   stats.residual = std::fmax(stats.residual, residual_);
   const IslandWorkspace& work = work_;
+  const bool moments = !work.solution.moment.empty();
   for (Contact& c : contacts) c.loaded = false;
   for (std::size_t n = 0; n < active_.size(); ++n) {
     Contact& c = contacts[active_[n]];
     const ContactConstraint& k = work.problem.contacts[n];
     c.loaded = work.solution.impulse[n].x() > 0.0;
-    add_impulse(c, k, k.frame.transpose() * work.solution.impulse[n],
-                work.solution.moment.empty() ? Vec3::Zero()
-                                             : Vec3(k.frame.transpose() * work.solution.moment[n]));
+    const Vec3 impulse = k.frame.transpose() * work.solution.impulse[n];
+    if (!moments) {
+      c.impulse += impulse;
+      c.moment_a += k.r_a.cross(impulse);
+      c.moment_b -= k.r_b.cross(impulse);
+    } else {
+      add_impulse(c, k, impulse, k.frame.transpose() * work.solution.moment[n]);
+    }
   }
 }
 

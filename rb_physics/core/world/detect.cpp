@@ -3,6 +3,7 @@
 #include "world/detect.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -40,9 +41,19 @@ double travel_of(const World& world, std::int32_t row, double slack) {
   return linear + std::fmin(h * angular, 2.0) * world.reach[row] + world.extra_travel[row];
 }
 
+// To eight bits, by less than a hundredth: so that bodies that rest, whose velocities are rounding,
+// are seen with the same margin from step to step.
+double rounded_up(double positive) {
+  constexpr std::uint64_t rest = (std::uint64_t{1} << 45) - 1;
+  const double up = std::bit_cast<double>((std::bit_cast<std::uint64_t>(positive) + rest) & ~rest);
+  return std::isfinite(up) ? up : positive;
+}
+
 void move_proxies(World& world) {
   const double h = world.settings.dt;
-  std::vector<Aabb>& boxes = world.work.boxes;
+  // Each with its way in the step, if that is more than a trifle of the room around it.
+  constexpr double trifle = 1.0 / 256.0;
+  std::vector<ProxyBox>& boxes = world.work.boxes;
   boxes.resize(world.colliders.size());
   const auto stays = [&](const Collider& c) {
     return world.bodies[c.body].type == BodyType::STATIC && !world.geometry_dirty;
@@ -51,11 +62,21 @@ void move_proxies(World& world) {
     for (std::size_t k = begin; k < end; ++k) {
       const Collider& c = world.colliders[k];
       if (stays(c) || std::holds_alternative<HalfSpace>(c.shape)) continue;
-      boxes[k] = bounding_box(c.shape, world.bodies[c.body].pose() * c.local);
-      const double room =
+      ProxyBox& p = boxes[k];
+      p.way = h * world.bodies[c.body].linear_velocity();
+      double room =
           world.travel[c.body] + world.settings.contact_margin + 2.0 * touch_distance(c.size);
-      boxes[k].lower.array() -= room;
-      boxes[k].upper.array() += room;
+      const double length = p.way.cwiseAbs().maxCoeff();
+      if (length <= trifle * room) {
+        room = rounded_up(room + length);
+        p.way.setZero();
+      }
+      p.same = world.work.persistent.stayed(c.body) && p.room == room && p.way.isZero(0.0);
+      if (p.same) continue;
+      p.room = p.way.isZero(0.0) ? room : std::numeric_limits<double>::quiet_NaN();
+      p.box = bounding_box(c.shape, world.bodies[c.body].pose() * c.local);
+      p.box.lower.array() -= room;
+      p.box.upper.array() += room;
     }
   });
   for (std::size_t k = 0; k < world.colliders.size(); ++k) {
@@ -73,7 +94,7 @@ void move_proxies(World& world) {
                                         plane->offset + n.dot(pose.position) + sweep);
       continue;
     }
-    world.broad_phase.move(static_cast<int>(k), boxes[k], h * body.linear_velocity());
+    if (!boxes[k].same) world.broad_phase.move(static_cast<int>(k), boxes[k].box, boxes[k].way);
   }
 }
 
@@ -102,8 +123,8 @@ double pair_margin(const World& world, const ColliderPair& pair) {
   }
   const double touch =
       touch_distance(std::fmin(world.colliders[pair.a].size, world.colliders[pair.b].size));
-  return world.settings.dt * closing + world.travel[a] + world.travel[b] +
-         world.settings.contact_margin + 2.0 * touch;
+  return rounded_up(world.settings.dt * closing + world.travel[a] + world.travel[b] +
+                    world.settings.contact_margin + 2.0 * touch);
 }
 
 void append_contacts(const World& world, const ColliderPair& pair, double margin,
@@ -226,16 +247,56 @@ void append_known(const World& world, const ColliderPair& pair, std::vector<Cont
   }
 }
 
-void append_pairs(const World& world, std::size_t first, std::size_t last, ContactPoints& points,
-                  std::vector<Contact>& out) {
+// The contacts of pair k as they were, impulses and all.
+void append_kept(std::span<const Contact> old, std::vector<Contact>& out) {
+  for (const Contact& c : old) {
+    out.push_back(c);
+    // As if they were added to those of a new one, to the sign of a zero.
+    Contact& kept = out.back();
+    kept.impulse += Vec3::Zero();
+    kept.moment_a += Vec3::Zero();
+    kept.moment_b += Vec3::Zero();
+  }
+}
+
+// Appends the contacts of pairs `first` to `last`, with what their features carried before; `old`
+// are the contacts that these pairs had, and of pairs between them.
+void append_pairs(World& world, std::size_t first, std::size_t last, std::span<const Contact> old,
+                  ContactPoints& points, std::vector<Contact>& out,
+                  std::vector<Contact>& departed) {
+  PersistentManifolds& persistent = world.work.persistent;
+  std::size_t open_old = 0, open_new = out.size();  // from here on nothing is carried over yet
+  std::size_t at = 0;
   for (std::size_t k = first; k < last; ++k) {
     const ColliderPair& pair = world.pairs[k];
     if (at_rest(world, world.colliders[pair.a].body, world.colliders[pair.b].body)) {
       append_known(world, pair, out);
-    } else {
-      append_contacts(world, pair, pair_margin(world, pair), points, out);
+      persistent.set_margin(k, std::numeric_limits<double>::quiet_NaN());
+      continue;
     }
+    const double margin = pair_margin(world, pair);
+    if (persistent.keeps(world, k, margin)) {
+      const ColliderKey key(pair.a, pair.b);
+      while (at < old.size() && key_of(old[at]) < key) ++at;
+      const std::size_t begin = at;
+      while (at < old.size() && key_of(old[at]) == key) ++at;
+      const auto known = old.subspan(begin, at - begin);
+      if (PersistentManifolds::as_found(known)) {
+        carry_over(old.subspan(open_old, begin - open_old), std::span(out).subspan(open_new),
+                   &departed);
+        append_kept(known, out);
+        persistent.set_margin(k, margin);
+        open_old = at;
+        open_new = out.size();
+        continue;
+      }
+    }
+    const std::size_t begin = out.size();
+    const std::int64_t caps = iteration_caps();
+    append_contacts(world, pair, margin, points, out);
+    persistent.looked_at(k, margin, std::span(out).subspan(begin), iteration_caps() > caps);
   }
+  carry_over(old.subspan(open_old), std::span(out).subspan(open_new), &departed);
 }
 
 // Contacts of the world that belong to pairs from `first` on.
@@ -256,8 +317,7 @@ void find_all_contacts(World& world, std::vector<Contact>& fresh, std::vector<Co
   if (!work.crew.helped() || count <= block) {
     const IterationCapCounter caps(world.stats.queries_capped);
     fresh.clear();
-    append_pairs(world, 0, count, work.threads[0].points, fresh);
-    carry_over(world.contacts, fresh, &departed);
+    append_pairs(world, 0, count, world.contacts, work.threads[0].points, fresh, departed);
     return;
   }
   const auto blocks = static_cast<std::int32_t>((count + block - 1) / block);
@@ -277,10 +337,10 @@ void find_all_contacts(World& world, std::vector<Contact>& fresh, std::vector<Co
     FoundContacts& found = work.found[b];
     found.contacts.clear();
     found.departed.clear();
-    append_pairs(world, first, last, work.threads[worker].points, found.contacts);
     const std::size_t old = old_begin(first);
-    carry_over(std::span(world.contacts).subspan(old, old_begin(last) - old), found.contacts,
-               &found.departed);
+    append_pairs(world, first, last,
+                 std::span<const Contact>(world.contacts).subspan(old, old_begin(last) - old),
+                 work.threads[worker].points, found.contacts, found.departed);
   });
   for (const int met : capped) world.stats.queries_capped += met;
   std::size_t total = 0;
@@ -300,12 +360,26 @@ void find_all_contacts(World& world, std::vector<Contact>& fresh, std::vector<Co
 }  // namespace
 
 void detect_contacts(World& world) {
+  PersistentManifolds& persistent = world.work.persistent;
+  persistent.begin(world);
   find_pairs(world);
+  if (persistent.keeps_all(world)) {
+    share_contacts(world, [](Contact& c) {
+      c.impulse += Vec3::Zero();
+      c.moment_a += Vec3::Zero();
+      c.moment_b += Vec3::Zero();
+    });
+    StepWorkspace& work = world.work;
+    if (work.seams_by_motion) work.seams_by_motion = cover_seams(world, world.contacts);
+    return;
+  }
+  world.work.islands_known = false;
+  persistent.list_margins(world);
   std::vector<Contact>& fresh = world.work.fresh;
   std::vector<Contact>& departed = world.work.departed;
   departed.clear();
   find_all_contacts(world, fresh, departed);
-  cover_seams(world, fresh);
+  world.work.seams_by_motion = cover_seams(world, fresh);
   if (!departed.empty()) {
     for (Contact& c : departed) follow_bodies(world, c);
     // Both are in the order of pairs; within a pair those that parted come last.

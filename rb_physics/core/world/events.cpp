@@ -315,9 +315,10 @@ double IslandAdvance::next_stick_time(double tau) {
     const ContactConstraint& c = work.problem.contacts[n];
     const Vec2 before = slip_before_[n].tail<2>();
     const double slip = before.norm();
+    if (slip <= stick_speed()) continue;
     const double brake = inverse_effective_mass(work.problem, c) * c.friction *
                          work.solution.impulse[n].x();  // m/s that friction takes within tau
-    if (slip <= stick_speed() || slip <= least_share * brake || !(brake > 0.0)) continue;
+    if (slip <= least_share * brake || !(brake > 0.0)) continue;
     const Vec2 after = relative_velocity(c, work.solution.velocity).tail<2>();
     if (after.dot(before) > 1e-9 * before.squaredNorm()) continue;
     work_.slides.push_back(static_cast<std::int32_t>(n));

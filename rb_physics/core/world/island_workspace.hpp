@@ -40,7 +40,7 @@ struct IslandWorkspace {
   std::vector<std::int32_t> partners, slides, active, settled;
   std::vector<std::uint8_t> carried;  // per contact
   std::vector<Wrench> total;
-  std::vector<Vec3> slip_before;
+  std::vector<Vec3> slip_before, relative_velocity;
   std::vector<ContactDrift> drifts;
   std::vector<Vec6> shift, velocity_before;
   ContactPoints points;

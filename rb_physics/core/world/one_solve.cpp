@@ -104,9 +104,8 @@ void IslandAdvance::hold(double h) {
       Body& body = world_.bodies[rows_[k]];
       body.certificate = Vec6::Zero();
       total_[k] = world_.applied[rows_[k]];
-      const RigidState after = move_free(body.state, body.inertia, total_[k], h);
-      problem.velocity[k] << linear_velocity(after, body.inertia) - reference_,
-          angular_velocity(after, body.inertia);
+      problem.velocity[k] = velocities_after(body.state, body.inertia, total_[k], h);
+      problem.velocity[k].head<3>() -= reference_;
     }
   });
   problem.contacts.resize(nc);
@@ -117,7 +116,7 @@ void IslandAdvance::hold(double h) {
       const Contact& contact = contacts[i];
       const ContactPlace place = place_of(world_.bodies, contact);
       ContactConstraint& c = problem.contacts[i];
-      c = make_constraint(world_.bodies, index, contact, place);
+      set_constraint(world_.bodies, index, contact, place, c);
       if (c.static_friction > c.friction) {
         const Vec3 u = c.frame * relative_velocity(world_.bodies[contact.body_a],
                                                    world_.bodies[contact.body_b], place.point);

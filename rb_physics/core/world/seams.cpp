@@ -66,7 +66,8 @@ Vec3 velocity_at(const Body& body, const Vec3& p) {
   return body.linear_velocity() + body.angular_velocity().cross(p - body.state.x);
 }
 
-bool covers(const World& world, const Support& s, const View& v) {
+// `by_motion` is set where that depends on velocities.
+bool covers(const World& world, const Support& s, const View& v, bool& by_motion) {
   if (s.collider == v.piece()) return false;
   const Vec3& p = v.on_piece();
   const double level = s.touch + v.contact->touch;
@@ -75,6 +76,7 @@ bool covers(const World& world, const Support& s, const View& v) {
   if (along(v, s.normal)) return false;
   if (reach_along(world, v.piece(), s.normal) > s.height + level) return false;
   if (s.body == v.piece_body()) return true;
+  by_motion = true;
   // They stay level over the next step.
   const Body &plane = world.bodies[s.body], &piece = world.bodies[v.piece_body()];
   const double rising = s.normal.dot(velocity_at(piece, p) - velocity_at(plane, p));
@@ -84,6 +86,7 @@ bool covers(const World& world, const Support& s, const View& v) {
 // Makes the contact one with the plane: all that the slider can meet there from above.
 void lift(const World& world, const Support& s, const View& v) {
   Contact& c = *v.contact;
+  c.lifted = true;
   const Vec3 on_slider = v.on_slider();
   const double height = s.normal.dot(on_slider) - s.height;
   const Vec3 on_plane = on_slider - height * s.normal;
@@ -138,33 +141,40 @@ bool is_felt(const Support& s, const std::vector<View>& views) {
   });
 }
 
-// The contacts of every collider that may slide, as lists linked through `next`: contact i is
-// element 2 i of its A's list and 2 i + 1 of its B's, where B can move.
+// The pairs of every collider that may slide, as lists linked through `next`: pair k, a run of
+// contacts, is element 2 k of its A's list and 2 k + 1 of its B's, where B can move.
 class Lists {
  public:
   void build(const World& world, std::vector<Contact>& contacts) {
     contacts_ = contacts.data();
     if (first_.size() < world.colliders.size()) first_.resize(world.colliders.size(), none);
-    next_.resize(2 * contacts.size());
+    ends_.assign(1, 0);
+    for (std::size_t i = 1; i <= contacts.size(); ++i) {
+      if (i == contacts.size() || contacts[i].collider_a != contacts[i - 1].collider_a ||
+          contacts[i].collider_b != contacts[i - 1].collider_b)
+        ends_.push_back(static_cast<std::int32_t>(i));
+    }
+    next_.resize(2 * ends_.size());
     sliders.clear();
-    for (std::size_t i = contacts.size(); i-- > 0;) {  // from the back: the lists run in order
-      const Contact& c = contacts[i];
-      link(c.collider_a, static_cast<std::int32_t>(2 * i));
+    for (std::size_t k = ends_.size() - 1; k-- > 0;) {  // from the back: the lists run in order
+      const Contact& c = contacts[ends_[k]];
+      link(c.collider_a, static_cast<std::int32_t>(2 * k));
       if (world.bodies[c.body_b].is_dynamic())
-        link(c.collider_b, static_cast<std::int32_t>(2 * i + 1));
+        link(c.collider_b, static_cast<std::int32_t>(2 * k + 1));
     }
   }
 
-  // Empties the slider's list into `out`; false when all of it is of one pair.
+  // Empties the slider's list into `out`; false, and nothing there, when all of it is of one pair.
   bool take(std::int32_t slider, std::vector<View>& out) {
     out.clear();
-    bool several = false;
-    for (std::int32_t e = first_[slider]; e != none; e = next_[e]) {
-      out.push_back({contacts_ + e / 2, e % 2 == 1});
-      several |= out.back().piece() != out.front().piece();
-    }
+    const std::int32_t first = first_[slider];
     first_[slider] = none;
-    return several;
+    if (next_[first] == none) return false;
+    for (std::int32_t e = first; e != none; e = next_[e]) {
+      for (std::int32_t i = ends_[e / 2]; i < ends_[e / 2 + 1]; ++i)
+        out.push_back({contacts_ + i, e % 2 == 1});
+    }
+    return true;
   }
 
   std::vector<std::int32_t> sliders;  // colliders
@@ -179,13 +189,14 @@ class Lists {
   }
 
   Contact* contacts_ = nullptr;
+  std::vector<std::int32_t> ends_;   // where pair k begins; then the end of the last one
   std::vector<std::int32_t> first_;  // per collider; all `none` between two uses
   std::vector<std::int32_t> next_;
 };
 
 }  // namespace
 
-void cover_seams(const World& world, std::vector<Contact>& contacts) {
+bool cover_seams(const World& world, std::vector<Contact>& contacts) {
   struct Lift {
     View view;
     Support plane;
@@ -197,6 +208,7 @@ void cover_seams(const World& world, std::vector<Contact>& contacts) {
   for (Contact& c : contacts) c.role = ContactRole::ACTIVE;
   lists.build(world, contacts);
   lifts.clear();
+  bool by_motion = false;
   for (const std::int32_t slider : lists.sliders) {
     if (!lists.take(slider, views)) continue;
     const bool particle = std::holds_alternative<Particle>(world.colliders[slider].shape);
@@ -205,7 +217,7 @@ void cover_seams(const World& world, std::vector<Contact>& contacts) {
     for (const Support& s : supports) {
       if (particle && !is_felt(s, views)) continue;
       for (const View& v : views) {
-        if (v.contact->role == ContactRole::COVERED || !covers(world, s, v)) continue;
+        if (v.contact->role == ContactRole::COVERED || !covers(world, s, v, by_motion)) continue;
         if (s.normal.dot(v.on_slider()) - s.height <= s.touch + v.contact->touch) {
           v.contact->role = ContactRole::COVERED;
         } else {
@@ -217,6 +229,7 @@ void cover_seams(const World& world, std::vector<Contact>& contacts) {
   for (const Lift& l : lifts) {
     if (l.view.contact->role == ContactRole::ACTIVE) lift(world, l.plane, l.view);
   }
+  return by_motion;
 }
 
 }  // namespace rb

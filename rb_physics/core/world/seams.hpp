@@ -15,7 +15,8 @@ namespace rb {
 // contact is and stays level with the other one, and the contact's normal is not the plane's.
 // Lengths count as zero up to the touch distance. Where the body's point lies in the plane as well,
 // the contact becomes COVERED; where it is above, its normal and separation become those to the
-// plane. `contacts` are ordered by pair, none of them is a GHOST; all others become ACTIVE.
-void cover_seams(const World& world, std::vector<Contact>& contacts);
+// plane. `contacts` are ordered by pair, none of them is a GHOST; all others become ACTIVE. False:
+// the same contacts have the same seams whatever the velocities.
+bool cover_seams(const World& world, std::vector<Contact>& contacts);
 
 }  // namespace rb

@@ -231,6 +231,8 @@ void restore(World& world, const std::uint8_t* data, std::size_t size) {
   world.bodies = std::move(copy_of_state.bodies);
   world.travel = std::move(copy_of_state.travel);
   world.contacts = std::move(copy_of_state.contacts);
+  world.work.persistent.forget();
+  world.work.islands_known = false;
 }
 
 }  // namespace rb

@@ -11,22 +11,31 @@ namespace rb {
 
 // Whether any active contact may approach faster than rest explains: bodies at rest are spared the
 // building of a problem. It errs to the safe side by more than rounding.
-bool IslandAdvance::approaches() const {
+bool IslandAdvance::approaches() {
   constexpr double surely = 0.5;  // of the resting speed
-  return std::any_of(active_.begin(), active_.end(), [&](std::int32_t i) {
+  PairVelocities motion(world_.bodies);
+  double linear = 0.0, angular_a = 0.0, angular_b = 0.0;  // speeds the relative velocity is made of
+  relative_velocity_.resize(contacts.size());
+  for (const std::int32_t i : active_) {
     const Contact& c = contacts[i];
-    const Body& a = world_.bodies[c.body_a];
-    const Body& b = world_.bodies[c.body_b];
-    const Vec3 point = place_of(world_.bodies, c).point;
-    const double approach = -c.point.normal.dot(relative_velocity(a, b, point));
-    const auto reach = [&](const Body& body) {  // m/s, speeds the relative velocity is made of
-      return body.linear_velocity().cwiseAbs().maxCoeff() +
-             body.angular_velocity().cwiseAbs().maxCoeff() *
-                 (point - body.state.x).cwiseAbs().maxCoeff();
+    if (motion.look_at(c)) {
+      const auto most = [](const Vec3& v) { return v.cwiseAbs().maxCoeff(); };
+      linear = most(motion.a().linear) + most(motion.b().linear);
+      angular_a = most(motion.a().angular);
+      angular_b = most(motion.b().angular);
+    }
+    const Vec3 point = middle_of(c);
+    const auto turning = [&](double angular, const Vec3& center) {
+      return angular == 0.0 ? 0.0 : angular * (point - center).cwiseAbs().maxCoeff();
     };
-    if (approach <= surely * tolerance::resting_speed && reach(a) + reach(b) < 1e4) return false;
-    return !drifts(i, approach) || c.material.restitution * approach > rest_speed(c);
-  });
+    const double reach =
+        linear + turning(angular_a, motion.a().center) + turning(angular_b, motion.b().center);
+    relative_velocity_[i] = motion.relative_at(c, point);
+    const double approach = -c.point.normal.dot(relative_velocity_[i]);
+    if (approach <= surely * tolerance::resting_speed && reach < 1e4) continue;
+    if (!drifts(i, approach) || c.material.restitution * approach > rest_speed(c)) return true;
+  }
+  return false;
 }
 
 // Whether the speed (m/s) of a contact that carries force may be what turning leaves in an interval
@@ -54,7 +63,12 @@ void IslandAdvance::strike() {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (contacts[i].touching()) active_.push_back(static_cast<std::int32_t>(i));
   }
-  if (active_.empty() || !approaches()) return;
+  relative_known_ = false;
+  if (active_.empty()) return;
+  if (!approaches()) {
+    relative_known_ = true;
+    return;
+  }
   const BodyIndex index{rows_, &world_.work.index_of, reference_};
   build_bodies(world_.bodies, index, work.problem);
   for (const std::int32_t i : active_) {

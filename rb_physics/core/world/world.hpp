@@ -17,6 +17,7 @@
 #include "math/workers.hpp"
 #include "shape/shape.hpp"
 #include "world/island_workspace.hpp"
+#include "world/persistent_manifolds.hpp"
 #include "world/settings.hpp"
 #include "world/stats.hpp"
 
@@ -50,6 +51,14 @@ struct PairImpulse {
   Vec3 moment_b = Vec3::Zero();  // N m s, on B about its moving centre of mass
 };
 
+// What the broad phase was last told of a collider.
+struct ProxyBox {
+  Aabb box;                 // with room around it
+  Vec3 way = Vec3::Zero();  // m, in the step
+  double room = 0.0;        // m; NaN where there was a way
+  bool same = false;        // as in the last detection
+};
+
 // What one block of pairs has: their contacts, and those of old that are gone.
 struct FoundContacts {
   std::vector<Contact> contacts, departed;
@@ -66,10 +75,13 @@ struct StepWorkspace {
   std::vector<std::int32_t> alone;     // islands to be moved by one thread, in order
   std::vector<Contact> merged, departed, fresh;
   std::vector<FoundContacts> found;     // per block of pairs, when threads share them
-  std::vector<Aabb> boxes;              // of colliders
+  std::vector<ProxyBox> boxes;          // of colliders
   std::vector<std::int32_t> next_pair;  // of each collider A: where its next pair goes
-  Crew crew;                            // the threads of the step
-  bool all_active = false;              // every contact takes part
+  PersistentManifolds persistent;
+  bool seams_by_motion = true;  // what seams cover depends on velocities
+  bool islands_known = false;   // they are those of the contacts
+  Crew crew;                    // the threads of the step
+  bool all_active = false;      // every contact takes part
 };
 
 struct World {
