@@ -54,6 +54,8 @@ ContactPlace IslandAdvance::place_after(const Contact& c, double tau, double& ga
 void IslandAdvance::close_loaded(double tau) {
   if (world_.settings.stepper != Stepper::FIXED || !(shift_.empty() || pushed_) || !turning(tau))
     return;
+  const auto is_round = [this](const Contact& c) { return c.loaded && !is_flat(world_, c); };
+  if (std::any_of(contacts.begin(), contacts.end(), is_round)) return;
   constexpr int most_looks = 3;  // gaps are linearised
   for (int look = 0; look < most_looks && close_once(tau); ++look) {
   }
@@ -64,26 +66,31 @@ bool IslandAdvance::close_once(double tau) {
   std::vector<std::uint8_t>& closed = work_.carried;
   closed.assign(contacts.size(), 0);
   double widest = 0.0;
+  bool open = false;
+  static thread_local std::vector<ContactPlace> places;
+  places.clear();
+  work_.gaps.clear();
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& c = contacts[i];
+    double gap = 0.0;
+    places.push_back(place_after(c, tau, gap));
+    const bool flat = is_flat(world_, c);
+    if (!flat) gap = c.point.separation;  // a guess: not to be made worse
+    work_.gaps.push_back(gap);
+    closed[i] = c.loaded || gap < -rounding * c.touch;
+    if (!closed[i]) continue;
+    if (!flat || !c.touching() || !(std::fabs(gap) <= Contact::most_opened * c.touch)) return false;
+    open |= std::fabs(gap) > rounding * c.touch;
+    widest = std::fmax(widest, std::fabs(gap));
+  }
+  if (!open) return false;
   const BodyIndex index{rows_, &world_.work.index_of};
   ContactProblem& problem = work_.settle_problem;
   build_bodies(world_.bodies, index, problem);
-  bool simple = true, open = false;
-  for (std::size_t i = 0; i < contacts.size() && simple; ++i) {
-    const Contact& c = contacts[i];
-    double gap = 0.0;
-    const ContactPlace place = place_after(c, tau, gap);
-    const bool flat = is_flat(world_, c);
-    if (!flat) gap = c.point.separation;  // a guess: not to be made worse
-    closed[i] = c.loaded || gap < -rounding * c.touch;
-    if (closed[i]) {
-      simple = flat && c.touching() && std::fabs(gap) <= Contact::most_opened * c.touch;
-      open |= std::fabs(gap) > rounding * c.touch;
-      widest = std::fmax(widest, std::fabs(gap));
-    }
-    build_contact(world_.bodies, index, c, place, problem);
-    problem.contacts.back().bias = Vec3(gap, 0.0, 0.0);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    build_contact(world_.bodies, index, contacts[i], places[i], problem);
+    problem.contacts.back().bias = Vec3(work_.gaps[i], 0.0, 0.0);
   }
-  if (!simple || !open) return false;
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const double turn = overlap_turn(widest, world_.reach[rows_[k]]);
     problem.inv_inertia[k] =
