@@ -61,7 +61,7 @@ void IslandAdvance::close_loaded(double tau) {
   }
 }
 
-// Adds to `shift_`; false if nothing moved.
+// Adds to `shift_`. Whether anything turned so far that gaps are to be looked at again.
 bool IslandAdvance::close_once(double tau) {
   std::vector<std::uint8_t>& closed = work_.carried;
   closed.assign(contacts.size(), 0);
@@ -116,11 +116,16 @@ bool IslandAdvance::close_once(double tau) {
   }
   if (!good) return false;
   shift_.resize(rows_.size(), Vec6::Zero());
+  pushed_ = true;
+  double curved = 0.0;  // m, about what the gaps differ from linear ones
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     shift_body(world_.bodies[rows_[k]], by[k]);
     shift_[k] += by[k];
+    curved = std::fmax(curved, by[k].tail<3>().squaredNorm() * world_.reach[rows_[k]]);
   }
-  return pushed_ = true;
+  return std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+    return c.loaded && curved > 0.1 * rounding * c.touch;
+  });
 }
 
 }  // namespace rb
