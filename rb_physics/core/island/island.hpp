@@ -23,6 +23,8 @@ class Islands {
   std::span<const std::int32_t> bodies(const Island& i) const {
     return {bodies_.data() + i.first_body, static_cast<std::size_t>(i.body_count)};
   }
+  // That of a row that can move.
+  const Island& of(std::int32_t row) const { return islands_[label_[row]]; }
   // Indices into the edge list given to build, ascending.
   std::span<const std::int32_t> edges(const Island& i) const {
     return {edges_.data() + i.first_edge, static_cast<std::size_t>(i.edge_count)};

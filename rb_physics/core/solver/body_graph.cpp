@@ -33,12 +33,19 @@ bool BodyGraph::analyze(const ContactProblem& problem, double max_work) {
 
   pairs_.resize(nc);
   analyzed_for_ = max_work;
+  usable_ = false;
+  std::size_t blocks = 0;  // off the diagonal, before any fill
+  for (std::size_t i = 0; i < nc; ++i) {
+    pairs_[i] = {problem.contacts[i].a, problem.contacts[i].b};
+    if (pairs_[i].second >= 0 && (i == 0 || pairs_[i - 1] != pairs_[i])) ++blocks;
+  }
+  // Every block is some body's when that is eliminated, and the work is convex in their count.
+  const double mean = static_cast<double>(blocks) / nb;
+  if (nb > 0 && nb * elimination_work(mean) > max_work) return false;
   for (std::vector<int>& n : neighbours_) n.clear();
   neighbours_.resize(nb);
   for (std::size_t i = 0; i < nc; ++i) {
-    const int a = problem.contacts[i].a;
-    const int b = problem.contacts[i].b;
-    pairs_[i] = {a, b};
+    const auto& [a, b] = pairs_[i];
     if (b < 0 || (i > 0 && pairs_[i - 1] == pairs_[i])) continue;
     insert_sorted(neighbours_[a], b);
     insert_sorted(neighbours_[b], a);

@@ -62,10 +62,13 @@ void ManifoldColours::build(const ContactProblem& problem, Crew* crew) {
   }
 
   // By colour, region, more points first and in the next region last, so that neighbours in a group
-  // have about as many; stable.
-  constexpr int kinds = kRegions * (kMostPoints + 1);
+  // have about as many; stable. A region has enough of each colour for that.
+  constexpr int enough = 64;
+  const int regions = std::clamp(static_cast<int>(found_.size()) / (enough * std::max(colours, 1)),
+                                 1, kMostRegions);
+  const int kinds = regions * (kMostPoints + 1);
   const auto key = [&](const PointRange& m) {
-    const auto region = static_cast<int>(std::int64_t{kRegions} * contacts[m.first].a / nb);
+    const auto region = static_cast<int>(std::int64_t{regions} * contacts[m.first].a / nb);
     return m.colour * kinds + region * (kMostPoints + 1) +
            (region % 2 == 0 ? kMostPoints - m.count : m.count);
   };

@@ -19,8 +19,8 @@ struct PointRange {
 
 class ManifoldColours {
  public:
-  static constexpr int kMostPoints = 8;  // longer runs are cut
-  static constexpr int kRegions = 8;     // of bodies, by their index: threads keep to one
+  static constexpr int kMostPoints = 8;   // longer runs are cut
+  static constexpr int kMostRegions = 8;  // of bodies, by their index: threads keep to some
 
   // By the crew's threads, if there are any.
   void build(const ContactProblem& problem, Crew* crew);

@@ -26,6 +26,7 @@ IslandAdvance::IslandAdvance(World& world, std::span<const std::int32_t> rows,
   partner_start_.clear();
   shift_.clear();
   total_.clear();
+  active_.clear();
   for (std::size_t k = 0; k < rows.size(); ++k)
     world.work.index_of[rows[k]] = static_cast<std::int32_t>(k);
   for (const std::int32_t row : rows) total_.push_back(world.applied[row]);
@@ -34,8 +35,9 @@ IslandAdvance::IslandAdvance(World& world, std::span<const std::int32_t> rows,
 void IslandAdvance::run(double h) {
   const Settings& settings = world_.settings;
   const bool event_stepper = settings.stepper == Stepper::EVENT;
+  if (among_others_ || (!event_stepper && is_large_island(contacts.size())))
+    return run_in_one_solve(h);
   for (Contact& c : contacts) c.loaded = false;
-  if (!event_stepper && is_large_island(contacts.size())) return run_in_one_solve(h);
   // Contact times are worth their price while the island is small; a heap closes its gaps within
   // one solve, but for those that open again and those that something fast turns away from. The
   // event stepper always takes them.

@@ -37,6 +37,10 @@ class IslandAdvance {
   std::vector<ColliderPair>& pairs = work_.pairs;      // those that have contacts within reach
   std::vector<ColliderPair>& covered = work_.covered;  // ordered; their seams are not felt now
 
+  // Instead of copies of its contacts the island gets the world's whole list, if it has most of
+  // them and moves in one solve; what is of others stays as it is.
+  bool take_contacts(std::span<const std::int32_t> edges);
+
   // Moves the island by h seconds.
   void run(double h);
 
@@ -49,8 +53,9 @@ class IslandAdvance {
     bool rebound;  // something that touches may bounce off: only then is an impact law applied
     bool moments;  // there is rolling or spinning friction
   };
-  Materials look_at_materials() const;
-  void solve_at_once(double h);
+  Materials look_at_materials();
+  void solve_at_once(double h, const Materials& materials);
+  void solve_apart(double h, const Materials& materials);
   void hold(double h);
   bool close_gaps(double h);
   void take_back_at_once(double h, bool closed);
@@ -131,8 +136,9 @@ class IslandAdvance {
   std::vector<ContactDrift>& drifts_ = work_.drifts;  // per constraint
   std::vector<Vec6>& shift_ = work_.shift;            // m, rad; per body, or empty
   bool pushed_ = false;                               // the shift is one that no momentum sees
-  bool free_ = false;      // nothing immovable within reach: all momenta are the island's own
-  bool at_start_ = false;  // the arms of the last solve are those at the start of its interval
+  bool among_others_ = false;  // contacts of other islands are in the list, too
+  bool free_ = false;          // nothing immovable within reach: all momenta are the island's own
+  bool at_start_ = false;      // the arms of the last solve are those at the start of its interval
   Vec3 reference_ = Vec3::Zero();  // m/s: problems are set up in the frame that moves along
   double residual_ = 0.0;          // of the last carry: only the one that moves the bodies counts
   double elapsed_ = 0.0;           // s since the step began

@@ -105,9 +105,9 @@ void advance_island(World& world, const Island& island, IslandWorkspace& work) {
   if (all) {
     advance.contacts.swap(world.contacts);
     for (const auto& [a, b] : world.known_pairs) advance.pairs.push_back({a, b});
-  } else {
-    list_contacts(world, edges, advance);
   }
+  const bool in_place = all || advance.take_contacts(edges);
+  if (!in_place) list_contacts(world, edges, advance);
   if (!edges.empty()) advance.stats.islands = 1;
   {
     const IterationCapCounter caps(advance.stats.queries_capped);
@@ -119,7 +119,7 @@ void advance_island(World& world, const Island& island, IslandWorkspace& work) {
     work.any_replaced = true;
     work.replaced.insert(work.replaced.end(), advance.contacts.begin(), advance.contacts.end());
     work.replaced.insert(work.replaced.end(), advance.departed.begin(), advance.departed.end());
-  } else if (all) {
+  } else if (in_place) {
     world.contacts.swap(advance.contacts);
   } else {
     std::size_t k = 0;

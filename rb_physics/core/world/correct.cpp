@@ -8,12 +8,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "contact/builder.hpp"
 #include "solver/separation.hpp"
 #include "world/advance.hpp"
 #include "world/detect.hpp"
 #include "world/group_balance.hpp"
+#include "world/neighbourhood.hpp"
 #include "world/sleep.hpp"
 #include "world/step.hpp"
 
@@ -39,9 +41,9 @@ constexpr double slack = 0.01;  // of the touch distance: rounding is left alone
 constexpr int passes = 8;       // the gaps are linearised: curved ones take another look
 
 // Times the touch distance: large islands are put right once in every step (world/one_solve.cpp),
-// and what turning makes of that, up to 3e-4 of the size of the smaller body, is left to the next
+// and what turning makes of that, up to 1e-3 of the size of the smaller body, is left to the next
 // one.
-constexpr double large_slack = 3e5;
+constexpr double large_slack = 1e6;
 constexpr int large_passes = 2;  // a heap that moves has other overlaps in the next step
 
 bool overlaps(const Contact& c, double most) {
@@ -78,6 +80,71 @@ void displace(World& world, std::span<const std::int32_t> rows,
         by[k].head<3>().cross(body.inertia.mass * (body.linear_velocity() - reference));
   }
   take_back_gains(world, rows, world.contacts, links, work.gains, reference, work.groups);
+}
+
+// Overlaps of a large island that are too deep are few and far between: the bodies about them move,
+// all others stay where they are. False where that is not so, or where nothing immovable takes up
+// what the others then seem to hold.
+bool separate_locally(World& world, const Island& island, std::span<const std::int32_t> contacts) {
+  constexpr int most_sweeps = 40;
+  constexpr double most_bodies = 0.5;  // of the island: then all of it costs hardly more
+  StepWorkspace& step = world.work;
+  IslandWorkspace& work = step.threads[0];
+  const auto rows = world.islands.bodies(island);
+  const auto is_deep = [](const Contact& c) { return overlaps(c, large_slack); };
+  const bool held = std::any_of(contacts.begin(), contacts.end(), [&](std::int32_t i) {
+    const Contact& c = world.contacts[i];
+    return c.active() && !world.bodies[c.body_b].is_dynamic();
+  });
+  if (!held) return false;
+  find_neighbourhood(world, contacts, is_deep, step.near_rows, step.near_contacts);
+  const std::vector<std::int32_t>& near = step.near_rows;
+  if (!(static_cast<double>(near.size()) <= most_bodies * static_cast<double>(rows.size())))
+    return false;
+
+  for (const std::int32_t row : rows) step.index_of[row] = -1;
+  for (std::size_t k = 0; k < near.size(); ++k)
+    step.index_of[near[k]] = static_cast<std::int32_t>(k);
+  const BodyIndex index{near, &step.index_of};
+  ContactProblem& problem = work.problem;
+  build_bodies(world.bodies, index, problem);
+  double deepest = 0.0;  // m
+  for (const std::int32_t i : step.near_contacts) {
+    const Contact& c = world.contacts[i];
+    deepest = std::fmax(deepest, -c.point.separation);
+    ContactPlace place = place_of(world.bodies, c);
+    Contact ends;
+    ends.body_a = c.body_a, ends.body_b = c.body_b;
+    if (step.index_of[c.body_a] < 0) {
+      std::swap(ends.body_a, ends.body_b);
+      std::swap(place.center_a, place.center_b);
+      place.normal = -place.normal;
+    }
+    ends.material.friction = ends.material.static_friction = 0.0;
+    build_contact(world.bodies, index, ends, place, problem);
+    problem.contacts.back().bias = Vec3(c.point.separation, 0.0, 0.0);  // m, in place of m/s
+  }
+  for (std::size_t k = 0; k < near.size(); ++k) {
+    problem.velocity[k].setZero();
+    const double turn = overlap_turn(deepest, world.reach[near[k]]);
+    problem.inv_inertia[k] = harmless_inverse_inertia(world, near[k], problem.inv_inertia[k], turn);
+  }
+  WideContacts& wide = work.solver.wide;
+  wide.use(&step.crew);
+  wide.forget();
+  separate_bodies(problem, 0.01 * deepest, most_sweeps, wide, work.velocity_before);
+  wide.use(nullptr);
+
+  work.shift.assign(rows.size(), Vec6::Zero());
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const std::int32_t n = step.index_of[rows[k]];
+    if (n < 0) continue;
+    work.shift[k] = work.velocity_before[n];
+  }
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    step.index_of[rows[k]] = static_cast<std::int32_t>(k);
+  displace(world, rows, contacts, work.shift, {});
+  return true;
 }
 
 // Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0, and = 0
@@ -180,8 +247,8 @@ void correct_positions(World& world) {
         return overlaps(c, slack) || (pass == 0 && has_opened(c));
       });
       if (!needed) continue;
-      separate(world, island, contacts);
       any = true;
+      if (!large || !separate_locally(world, island, contacts)) separate(world, island, contacts);
     }
     if (!any) return;
     ++world.stats.corrections;

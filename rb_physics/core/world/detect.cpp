@@ -133,12 +133,18 @@ void append_contacts(const World& world, const ColliderPair& pair, double margin
   const Collider& cb = world.colliders[pair.b];
   const Body& a = world.bodies[ca.body];
   const Body& b = world.bodies[cb.body];
+  const double reach = ca.reach + cb.reach + margin;
+  if ((a.state.x - b.state.x).squaredNorm() > reach * reach) return;  // nowhere so near
   const Pose pose_a = a.pose();
   const Pose pose_b = b.pose();
   scratch.clear();
   find_contacts(ca.shape, pose_a * ca.local, cb.shape, pose_b * cb.local, margin, scratch);
+  if (scratch.empty()) return;
+  const Material material = combine(a.material, b.material, world.settings.friction_combine,
+                                    world.settings.restitution_combine);
+  const double touch = touch_distance(std::fmin(ca.size, cb.size));
   for (const ContactPoint& p : scratch) {
-    Contact c;
+    Contact& c = out.emplace_back();
     c.body_a = ca.body;
     c.body_b = cb.body;
     c.collider_a = pair.a;
@@ -147,10 +153,8 @@ void append_contacts(const World& world, const ColliderPair& pair, double margin
     c.point.feature = with_parts(p.feature, ca.part, cb.part);
     c.local_a = pose_a.apply_inverse(p.point_a);
     c.local_b = pose_b.apply_inverse(p.point_b);
-    c.material = combine(a.material, b.material, world.settings.friction_combine,
-                         world.settings.restitution_combine);
-    c.touch = touch_distance(std::fmin(ca.size, cb.size));
-    out.push_back(c);
+    c.material = material;
+    c.touch = touch;
   }
 }
 

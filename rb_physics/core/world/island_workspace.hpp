@@ -34,10 +34,10 @@ struct IslandWorkspace {
   SolverWorkspace solver;
 
   // See IslandAdvance, which names them.
-  std::vector<Contact> contacts, departed, found;
+  std::vector<Contact> contacts, departed, found, of_all;
   std::vector<ColliderPair> pairs, covered;
   std::vector<RigidState> start, partner_start;
-  std::vector<std::int32_t> partners, slides, active, settled;
+  std::vector<std::int32_t> partners, slides, active, settled, own;
   std::vector<std::uint8_t> carried;  // per contact
   std::vector<Wrench> total;
   std::vector<Vec3> slip_before, relative_velocity;

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <numeric>
 
 #include "body/free_motion.hpp"
 #include "math/tolerances.hpp"
@@ -27,17 +28,59 @@ bool has_moments(const Contact& c) {
 
 }  // namespace
 
+bool IslandAdvance::take_contacts(std::span<const std::int32_t> edges) {
+  if (world_.settings.stepper != Stepper::FIXED || !is_large_island(edges.size()) ||
+      2 * edges.size() < world_.contacts.size()) {
+    return false;
+  }
+  for (const std::int32_t i : edges) {
+    const Contact& c = world_.contacts[i];
+    if (!c.active()) continue;
+    active_.push_back(i);
+    if (pairs.empty() || pairs.back().a != c.collider_a || pairs.back().b != c.collider_b)
+      pairs.push_back({c.collider_a, c.collider_b});
+  }
+  among_others_ = is_large_island(active_.size());
+  if (among_others_) {
+    contacts.swap(world_.contacts);
+  } else {
+    pairs.clear();
+  }
+  return among_others_;
+}
+
 void IslandAdvance::run_in_one_solve(double h) {
   WideContacts& wide = work_.solver.wide;
   wide.use(&world_.work.crew);
   wide.forget();
-  solve_at_once(h);
+  if (!among_others_) {
+    active_.resize(contacts.size());
+    std::iota(active_.begin(), active_.end(), 0);
+  }
+  find_partners();
+  const Materials materials = look_at_materials();
+  if (among_others_ && (materials.rebound || materials.moments)) {
+    solve_apart(h, materials);
+  } else {
+    solve_at_once(h, materials);
+  }
   wide.use(nullptr);
 }
 
-void IslandAdvance::solve_at_once(double h) {
-  find_partners();
-  const Materials materials = look_at_materials();
+// With copies of its contacts in place of the whole list.
+void IslandAdvance::solve_apart(double h, const Materials& materials) {
+  std::vector<Contact>& all = work_.of_all;
+  std::vector<std::int32_t>& own = work_.own;
+  own = active_;
+  all.swap(contacts);
+  contacts.clear();
+  for (const std::int32_t i : own) contacts.push_back(all[i]);
+  solve_at_once(h, materials);
+  for (std::size_t n = 0; n < own.size(); ++n) all[own[n]] = contacts[n];
+  all.swap(contacts);
+}
+
+void IslandAdvance::solve_at_once(double h, const Materials& materials) {
   if (materials.rebound) strike();
   shift_.clear();
   shift_.resize(rows_.size());
@@ -91,7 +134,7 @@ void IslandAdvance::take_back_at_once(double h, bool closed) {
 // What `carry` and `book` do for small islands, with every gap within reach and nothing else to
 // look for: sweeps end before the last digits that the rest would need.
 void IslandAdvance::hold(double h) {
-  const std::size_t nc = contacts.size();
+  const std::size_t nc = active_.size();
   const BodyIndex index{rows_, &world_.work.index_of, reference_};
   ContactProblem& problem = work_.problem;
   ContactSolution& solution = work_.solution;
@@ -110,10 +153,9 @@ void IslandAdvance::hold(double h) {
   });
   problem.contacts.resize(nc);
   solution.impulse.resize(nc);
-  active_.resize(nc);
   work_.solver.wide.share_range(nc, kFewContacts, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Contact& contact = contacts[i];
+      const Contact& contact = contacts[active_[i]];
       const ContactPlace place = place_of(world_.bodies, contact);
       ContactConstraint& c = problem.contacts[i];
       set_constraint(world_.bodies, index, contact, place, c);
@@ -124,7 +166,6 @@ void IslandAdvance::hold(double h) {
       }
       if (!contact.touching()) c.bias.x() += contact.point.separation / h;
       solution.impulse[i] = h * contact.warm_force;
-      active_[i] = static_cast<std::int32_t>(i);
     }
   });
   solution.moment.clear();
@@ -136,15 +177,16 @@ void IslandAdvance::hold(double h) {
   work_.solver.wide.share_range(nc, kFewContacts, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const ContactConstraint& c = problem.contacts[i];
-      contacts[i].warm_force = solution.impulse[i] / h;
-      add_impulse(contacts[i], c, c.frame.transpose() * solution.impulse[i], Vec3::Zero());
+      Contact& contact = contacts[active_[i]];
+      contact.warm_force = solution.impulse[i] / h;
+      add_impulse(contact, c, c.frame.transpose() * solution.impulse[i], Vec3::Zero());
     }
   });
   add_forces(h);
 }
 
-// What else there is to do for an island than to hold its contacts.
-IslandAdvance::Materials IslandAdvance::look_at_materials() const {
+// What else there is to do for an island than to hold its contacts, which are not loaded yet.
+IslandAdvance::Materials IslandAdvance::look_at_materials() {
   std::atomic<bool> rebound = false, moments = false;
   const auto bounces = [this](const Contact& c) {
     if (!(c.material.restitution > 0.0) || !c.touching()) return false;
@@ -154,10 +196,12 @@ IslandAdvance::Materials IslandAdvance::look_at_materials() const {
                                       world_.bodies[c.body_a], world_.bodies[c.body_b], point));
     return speed > tolerance::resting_speed && speed > rest_speed(c);
   };
-  work_.solver.wide.share_range(contacts.size(), kFewContacts, [&](std::size_t k, std::size_t end) {
-    for (; k < end; ++k) {
-      if (has_moments(contacts[k])) moments = true;
-      if (!rebound && bounces(contacts[k])) rebound = true;
+  work_.solver.wide.share_range(active_.size(), kFewContacts, [&](std::size_t n, std::size_t end) {
+    for (; n < end; ++n) {
+      Contact& c = contacts[active_[n]];
+      c.loaded = false;
+      if (has_moments(c)) moments = true;
+      if (!rebound && bounces(c)) rebound = true;
     }
   });
   return {rebound, moments};
@@ -168,6 +212,7 @@ IslandAdvance::Materials IslandAdvance::look_at_materials() const {
 bool IslandAdvance::close_gaps(double h) {
   constexpr int most_sweeps = 24;
   constexpr double may_stay = 3e3;  // times the touch distance: the next step sees it
+  constexpr double share = 0.25;    // of what moves so much that the next step has as much again
   ContactProblem& problem = work_.problem;
   const std::vector<Vec6>& v = work_.solution.velocity;
   double deepest = 0.0;
@@ -199,6 +244,7 @@ bool IslandAdvance::close_gaps(double h) {
           harmless_inverse_inertia(world_, rows_[k], problem.inv_inertia[k], turn);
     }
   });
+  slack = std::fmax(slack, share * deepest);
   const SeparationReport report =
       separate_bodies(problem, slack, most_sweeps, wide, work_.velocity_before);
   stats.iterations += report.sweeps;

@@ -73,6 +73,7 @@ struct StepWorkspace {
   std::vector<std::int32_t> index_of;  // row -> body of its island's problem
   std::vector<std::uint8_t> replaced;  // per contact: its island has found its contacts again
   std::vector<std::int32_t> alone;     // islands to be moved by one thread, in order
+  std::vector<std::int32_t> near_rows, near_contacts;  // see find_neighbourhood
   std::vector<Contact> merged, departed, fresh;
   std::vector<FoundContacts> found;     // per block of pairs, when threads share them
   std::vector<ProxyBox> boxes;          // of colliders
