@@ -44,7 +44,7 @@ constexpr int passes = 8;       // the gaps are linearised: curved ones take ano
 // and what turning makes of that, up to 1e-3 of the size of the smaller body, is left to the next
 // one.
 constexpr double large_slack = 1e6;
-constexpr int large_passes = 2;  // a heap that moves has other overlaps in the next step
+constexpr int large_passes = 1;  // a heap that moves has other overlaps in the next step
 
 bool overlaps(const Contact& c, double most) {
   return c.active() && c.point.separation < -most * c.touch;
