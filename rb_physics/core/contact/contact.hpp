@@ -45,12 +45,22 @@ struct Contact {
   Vec3 moment_b = Vec3::Zero();  // N m s, the same on B
   bool loaded = false;           // carried force until now, by the last solve
   bool lifted = false;           // its geometry is that of a plane beside it (world/seams.cpp)
+  bool stuck = false;            // its friction was within the cone, and no impact since
 
   // What carries force is closed, however far the third-order error of its turning has opened it.
   bool touching() const { return point.separation <= touch || has_opened(); }
   static constexpr double most_opened = 1e4;  // of the touch distance
   bool has_opened() const {
     return loaded && point.separation > touch && point.separation <= most_opened * touch;
+  }
+  // Friction strictly within (or, with a larger static coefficient, beyond) what sliding makes of a
+  // force in the contact frame: the contact did not slide under it.
+  bool sticks_under(const Vec3& force) const {
+    constexpr double rounding = 1e-6;
+    const double sliding = material.friction * force.x();
+    const double share = force.tail<2>().squaredNorm();
+    return share < (1.0 - rounding) * (sliding * sliding) ||
+           share > (1.0 + rounding) * (sliding * sliding);
   }
   // Takes part in impacts, rest and position correction.
   bool active() const { return role == ContactRole::ACTIVE; }

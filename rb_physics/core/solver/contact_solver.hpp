@@ -42,7 +42,8 @@ struct SolverWorkspace {
   WideContacts wide;
   std::vector<Vec6> v;
   std::vector<Vec3> slips;  // of v, as it was last measured
-  std::vector<Vec3> saved_impulse, saved_moment, best_impulse, best_moment, direction;
+  std::vector<Vec3> saved_impulse, saved_moment, best_impulse, best_moment, direction,
+      moment_direction;
   std::vector<Vec6> certificate;
   ContactScales scales;
 };

@@ -100,11 +100,12 @@ void ContactSolve::interior() {
 }
 
 void ContactSolve::solve_direct() {
+  const bool single = problem.contacts.size() == 1 && io.moment.empty();
   if (jam() && !(report.residual <= kJamStart)) {
     wide_sweeps(kJamSweeps, kJamPatience);
     measure();
-  } else if (!(report.residual <= kGoodStart)) {
-    sweep(problem.contacts.size() == 1 && io.moment.empty() ? 1 : kFirstSweeps);
+  } else if (single || !(report.residual <= kGoodStart)) {
+    sweep(single ? 1 : kFirstSweeps);
     measure();
   }
   const auto reached = [&](int attempt) {  // the first one goes on to rounding

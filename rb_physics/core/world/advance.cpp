@@ -37,7 +37,10 @@ void IslandAdvance::run(double h) {
   const bool event_stepper = settings.stepper == Stepper::EVENT;
   if (among_others_ || (!event_stepper && is_large_island(contacts.size())))
     return run_in_one_solve(h);
-  for (Contact& c : contacts) c.loaded = false;
+  for (Contact& c : contacts) {
+    c.loaded = false;
+    c.stuck = c.warm_force.x() > 0.0 && c.sticks_under(c.warm_force);
+  }
   // Contact times are worth their price while the island is small; a heap closes its gaps within
   // one solve, but for those that open again and those that something fast turns away from. The
   // event stepper always takes them.

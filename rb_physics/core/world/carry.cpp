@@ -53,6 +53,22 @@ void IslandAdvance::carry_to_end(double tau) {
   carry(tau, true);
 }
 
+// Whether a contact of slip u (m/s, contact frame) slides. One that stuck slips by what the
+// midpoint rule leaves of its turning, of second order in the angle: that is none.
+bool IslandAdvance::slides(const Contact& c, const Vec3& u) const {
+  constexpr double drift = 1e-3;  // of the speeds that the slip is the difference of
+  const double slip = u.tail<2>().norm();
+  if (slip <= stick_speed()) return false;
+  if (!c.stuck) return true;
+  const Vec3 point = place_of(world_.bodies, c).point;
+  const auto surface_speed = [&](const Body& body) {
+    return (body.linear_velocity() - reference_).norm() +
+           body.angular_velocity().cross(point - body.state.x).norm();
+  };
+  return slip >
+         drift * (surface_speed(world_.bodies[c.body_a]) + surface_speed(world_.bodies[c.body_b]));
+}
+
 void IslandAdvance::carry(double tau, bool far_too) {
   IslandWorkspace& work = work_;
   for (std::size_t k = 0; k < rows_.size(); ++k) total_[k] = world_.applied[rows_[k]];
@@ -94,7 +110,7 @@ void IslandAdvance::carry(double tau, bool far_too) {
                                   : motion.relative_at(contact, middle_of(contact)));
     slip_before_.push_back(u);
     // A contact that slides already has no static friction to overcome.
-    const bool slides = u.tail<2>().norm() > stick_speed();
+    const bool slides = this->slides(contact, u);
     if (slides) c.static_friction = 0.0;
     if (contact.touching()) drift = std::fmax(drift, slides ? std::abs(u.x()) : u.norm());
   }
@@ -150,7 +166,7 @@ void IslandAdvance::without_drift(double tau, double warm_speed) {
     for (std::size_t n = 0; n < active_.size(); ++n) {
       if (!contacts[active_[n]].touching()) continue;
       const Vec3& u = slip_before_[n];
-      const bool slides = u.tail<2>().norm() > stick_speed();
+      const bool slides = this->slides(contacts[active_[n]], u);
       work.problem.contacts[n].bias += sign * (slides ? Vec3(u.x(), 0.0, 0.0) : u);
     }
   };
@@ -197,11 +213,12 @@ void IslandAdvance::book() {
   stats.residual = std::fmax(stats.residual, residual_);
   const IslandWorkspace& work = work_;
   const bool moments = !work.solution.moment.empty();
-  for (Contact& c : contacts) c.loaded = false;
+  for (Contact& c : contacts) c.loaded = c.stuck = false;
   for (std::size_t n = 0; n < active_.size(); ++n) {
     Contact& c = contacts[active_[n]];
     const ContactConstraint& k = work.problem.contacts[n];
     c.loaded = work.solution.impulse[n].x() > 0.0;
+    c.stuck = c.loaded && c.sticks_under(work.solution.impulse[n]);
     const Vec3 impulse = k.frame.transpose() * work.solution.impulse[n];
     if (!moments) {
       c.impulse += impulse;

@@ -63,7 +63,7 @@ void IslandAdvance::close_loaded(double tau) {
 
 // Adds to `shift_`. Whether anything turned so far that gaps are to be looked at again.
 bool IslandAdvance::close_once(double tau) {
-  std::vector<std::uint8_t>& closed = work_.carried;
+  std::vector<std::uint8_t>& closed = work_.closed;
   closed.assign(contacts.size(), 0);
   double widest = 0.0;
   bool open = false;

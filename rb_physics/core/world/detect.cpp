@@ -182,6 +182,7 @@ void carry_over(std::span<const Contact> old, std::span<Contact> fresh,
           c.warm_force = old[i].warm_force;
           c.warm_moment = old[i].warm_moment;
           c.loaded = old[i].loaded;
+          c.stuck = old[i].stuck;
         }
         matched = true;
       }

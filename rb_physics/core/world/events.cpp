@@ -315,7 +315,7 @@ double IslandAdvance::next_stick_time(double tau) {
     const ContactConstraint& c = work.problem.contacts[n];
     const Vec2 before = slip_before_[n].tail<2>();
     const double slip = before.norm();
-    if (slip <= stick_speed()) continue;
+    if (!slides(contacts[active_[n]], slip_before_[n])) continue;
     const double brake = inverse_effective_mass(work.problem, c) * c.friction *
                          work.solution.impulse[n].x();  // m/s that friction takes within tau
     if (slip <= least_share * brake || !(brake > 0.0)) continue;
@@ -325,32 +325,43 @@ double IslandAdvance::next_stick_time(double tau) {
     guess = std::fmin(guess, slip / brake);
   }
   if (work_.slides.empty()) return tau;
-  // In an interval short enough to slide all through, the slip shrinks linearly: extrapolate to
-  // zero, twice.
-  double t = guess * tau;
-  for (int n = 0; n < 12; ++n) {
-    t *= 0.5;
-    double zero = tau;
+  // In an interval short enough to slide all through, the slip shrinks: secants of it, kept between
+  // the longest such interval and the shortest other one, until the next one is as good as the end.
+  constexpr int most_looks = 24;
+  constexpr double near = 2e-3;  // of the slide: there a secant is right to rounding
+  double slid_until = 0.0, not_until = tau;
+  std::vector<double>& rest = work_.slip_left;  // share of the slip, by slide, at slid_until
+  rest.assign(work_.slides.size(), 1.0);
+  double t = 0.5 * guess * tau;
+  for (int look = 0; look < most_looks; ++look) {
+    carry(t, false);
+    double zero = std::numeric_limits<double>::infinity();
     bool slid = true;
-    for (int pass = 0; pass < 2 && slid; ++pass) {
-      carry(t, false);
-      double next = std::numeric_limits<double>::infinity();
-      for (const std::int32_t i : work_.slides) {
-        const Vec2 u0 = slip_before_[i].tail<2>();  // in the frame that this t gives the contact
-        const double along =
-            relative_velocity(work.problem.contacts[i], work.solution.velocity).tail<2>().dot(u0) /
-            u0.squaredNorm();
-        if (along <= 1e-9) slid = false;
-        if (along < 1.0) next = std::fmin(next, t / (1.0 - along));
-      }
-      if (!slid) break;
-      zero = next;
-      t = 0.999 * zero;
-      if (!(t < tau)) break;  // nothing slows down in short: the slip ends by the end's doing alone
+    work_.slip_now.clear();
+    for (std::size_t k = 0; k < work_.slides.size(); ++k) {
+      const std::int32_t i = work_.slides[k];
+      const Vec2 u0 = slip_before_[i].tail<2>();  // in the frame that this t gives the contact
+      const Vec2 u1 = relative_velocity(work.problem.contacts[i], work.solution.velocity).tail<2>();
+      const double left = u1.dot(u0) / u0.squaredNorm();
+      if (left <= 1e-9) slid = false;
+      if (left < rest[k]) zero = std::fmin(zero, t + left * (t - slid_until) / (rest[k] - left));
+      work_.slip_now.push_back(left);
     }
-    if (!slid) continue;
-    carry(tau, false);
-    return zero < (1.0 - 1e-12) * tau ? zero : tau;
+    if (!slid) {
+      if (t <= least_share * tau) break;
+      not_until = t;
+      t = slid_until > 0.0 ? 0.5 * (slid_until + not_until) : 0.25 * not_until;
+      continue;
+    }
+    if (!(zero < tau))
+      break;  // nothing slows down in short: the slip ends by the end's doing alone
+    if (zero - t <= near * zero) {
+      carry(tau, false);
+      return zero < (1.0 - 1e-12) * tau ? zero : tau;
+    }
+    slid_until = t;
+    rest.swap(work_.slip_now);
+    t = 0.999 * zero < not_until ? 0.999 * zero : 0.5 * (slid_until + not_until);
   }
   carry(tau, false);
   return tau;

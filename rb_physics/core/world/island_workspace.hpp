@@ -29,7 +29,7 @@ inline bool is_large_island(std::size_t contact_points) { return contact_points 
 
 struct IslandWorkspace {
   ContactProblem problem, settle_problem;
-  ContactSolution solution, settle_solution;
+  ContactSolution solution;
   ContactSolution steady;  // without what earlier steps left (carry.cpp)
   SolverWorkspace solver;
 
@@ -38,9 +38,10 @@ struct IslandWorkspace {
   std::vector<ColliderPair> pairs, covered;
   std::vector<RigidState> start, partner_start;
   std::vector<std::int32_t> partners, slides, active, settled, own;
-  std::vector<std::uint8_t> carried;  // per contact
+  std::vector<std::uint8_t> carried, closed;  // per contact
   std::vector<Wrench> total;
   std::vector<Vec3> slip_before, relative_velocity;
+  std::vector<double> slip_left, slip_now;
   std::vector<ContactDrift> drifts;
   std::vector<Vec6> shift, velocity_before;
   ContactPoints points;

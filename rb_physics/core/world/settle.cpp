@@ -3,6 +3,7 @@
 // right as they are; the displacement must not keep the height of a bounce that is over.
 #include "body/state.hpp"
 #include "math/rotation.hpp"
+#include "solver/closing.hpp"
 #include "solver/contact_operators.hpp"
 #include "world/advance.hpp"
 
@@ -44,33 +45,21 @@ void IslandAdvance::settle(double tau, bool last) {
   }
   if (!over) return;
   // The smallest change of velocity (in the metric of the masses) that takes the parting speeds
-  // away and keeps the other loaded contacts closed: a complementarity problem with every normal
-  // both ways round.
+  // away and keeps the other loaded contacts closed.
   const BodyIndex index{rows_, &world_.work.index_of, reference_};
   ContactProblem& problem = work_.settle_problem;
   build_bodies(world_.bodies, index, problem);
-  std::vector<Vec6>& before = work_.velocity_before;
-  before = problem.velocity;
   for (const std::int32_t i : work_.settled) {
-    ContactPlace place = place_of(world_.bodies, contacts[i]);
-    for (int way = 0; way < 2; ++way) {
-      build_contact(world_.bodies, index, contacts[i], place, problem);
-      ContactConstraint& c = problem.contacts.back();
-      c.friction = c.static_friction = c.rolling_friction = c.spinning_friction = 0.0;
-      place.normal = -place.normal;
-    }
+    build_contact(world_.bodies, index, contacts[i], place_of(world_.bodies, contacts[i]), problem);
+    ContactConstraint& c = problem.contacts.back();
+    c.bias = Vec3(relative_velocity(c, problem.velocity).x(), 0.0, 0.0);
   }
-  work_.settle_solution.impulse.assign(problem.contacts.size(), Vec3::Zero());
-  work_.settle_solution.moment.clear();
-  work_.settle_solution.certificate.clear();
-  SolverSettings settings;
-  // Of a displacement that is second order already.
-  settings.tolerance = settings.newton_goal = settings.enough = 1e-9;
-  settings.minimum_norm = false;
-  solve_contacts(problem, settings, work_.settle_solution, work.solver);
-  for (std::size_t k = 0; k < rows_.size(); ++k) {
-    shift_.push_back((0.5 * tau) * (work_.settle_solution.velocity[k] - before[k]));
-  }
+  work_.closed.assign(problem.contacts.size(), 1);
+  std::vector<Vec6>& change = work_.velocity_before;
+  if (!close_contacts(problem, work_.closed, SolverSettings{}.max_factor_work, work_.solver.space,
+                      work_.closing, change))
+    return shift_to_end_velocities(tau);
+  for (const Vec6& v : change) shift_.push_back((0.5 * tau) * v);
   pushed_ = true;
 }
 

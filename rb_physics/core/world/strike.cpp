@@ -102,11 +102,13 @@ void IslandAdvance::strike() {
     report.iterations = plain.sweeps + plain.newton_steps;
   }
   ++stats.impacts;
+  work_.carried.assign(contacts.size(), 0);  // what parts now rebounds
   stats.residual = std::fmax(stats.residual, report.residual);
   stats.iterations += report.iterations;
   stats.energy_error = std::fmax(stats.energy_error, report.energy_gain);
   for (std::size_t n = 0; n < active_.size(); ++n) {
     Contact& c = contacts[active_[n]];
+    c.stuck = false;
     const ContactConstraint& k = work.problem.contacts[n];
     const Vec3 impulse = k.frame.transpose() * work.solution.impulse[n];
     Vec3 moment = Vec3::Zero();
