@@ -17,6 +17,9 @@ namespace rb {
 // Displaces a body (m, rad); its momenta stay.
 void shift_body(Body& body, const Vec6& displacement);
 
+// Corner on face: its points are those of the bodies, which move with them; but for second order.
+bool is_flat(const World& world, const Contact& contact);  // world/close.cpp
+
 // m/s: a slip slower than this sticks.
 inline double stick_speed() { return tolerance::resting_speed; }
 

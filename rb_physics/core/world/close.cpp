@@ -22,14 +22,13 @@ bool has_corners(const Shape& shape) {
          std::holds_alternative<HalfSpace>(shape);
 }
 
-// Then its points are those of the bodies, which move with them; but for second order.
+}  // namespace
+
 bool is_flat(const World& world, const Contact& c) {
   return (c.point.normal_owner == NormalOwner::A || c.point.normal_owner == NormalOwner::B) &&
          has_corners(world.colliders[c.collider_a].shape) &&
          has_corners(world.colliders[c.collider_b].shape);
 }
-
-}  // namespace
 
 // The contact tau seconds after the state marked last: its points and its normal, a face's, move
 // with the bodies.

@@ -40,7 +40,7 @@ void IslandAdvance::settle(double tau, bool last) {
     if (work.solution.impulse[n].x() > 0.0) {
       work_.settled.push_back(active_[n]);
       const double parting = slip_before_[n].x();
-      over |= parting > tolerance::resting_speed && !drifts(active_[n], parting);
+      over |= parting > tolerance::resting_speed;
     }
   }
   if (!over) return;

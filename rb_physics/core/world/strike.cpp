@@ -45,13 +45,14 @@ bool IslandAdvance::drifts(std::int32_t contact, double speed) const {
          std::fabs(speed) * world_.settings.dt <= Contact::most_opened * contacts[contact].touch;
 }
 
-// Of what turns: which contacts carried force until now. The event stepper looks at intervals that
-// are as short as it takes.
+// Of what turns: which corners on faces carried force until now. What is round rolls: it settles
+// often, and an energy that is lost each time would add up. The event stepper looks at intervals
+// that are as short as it takes.
 void IslandAdvance::look_who_carried() {
   const bool turns = world_.settings.stepper == Stepper::FIXED && turning(world_.settings.dt);
   work_.carried.assign(contacts.size(), 0);
   for (std::size_t i = 0; turns && i < contacts.size(); ++i)
-    work_.carried[i] = contacts[i].warm_force.x() > 0.0;
+    work_.carried[i] = contacts[i].warm_force.x() > 0.0 && is_flat(world_, contacts[i]);
 }
 
 void IslandAdvance::strike() {
