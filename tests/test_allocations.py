@@ -49,8 +49,9 @@ def flying():
 
 def threads():
     w = world(threads=2)
-    for k in range(40):
-        w.add_body(box, mass=1.0, position=(k, 0, 0.1))
+    for k in range(40):  # they tumble first: islands that take so long that every thread gets some
+        tilt = np.array([1.0, 0.1 + 0.01 * k, 0.2, 0.0])
+        w.add_body(box, mass=1.0, position=(k, 0, 0.3), orientation=tilt / np.linalg.norm(tilt))
     return w
 
 w = {name}()
