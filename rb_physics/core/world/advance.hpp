@@ -69,6 +69,7 @@ class IslandAdvance {
   // `total_`. far_too: contacts not yet touching count as well, with the gap they may close.
   void carry(double tau, bool far_too);
   void carry_to_end(double tau);
+  double drift_speed(const Contact& c) const;
   bool slides(const Contact& c, const Vec3& u) const;
   bool closes_gap() const;
   void without_drift(double tau, double warm_speed);

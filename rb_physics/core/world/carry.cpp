@@ -53,20 +53,22 @@ void IslandAdvance::carry_to_end(double tau) {
   carry(tau, true);
 }
 
-// Whether a contact of slip u (m/s, contact frame) slides. One that stuck slips by what the
-// midpoint rule leaves of its turning, of second order in the angle: that is none.
-bool IslandAdvance::slides(const Contact& c, const Vec3& u) const {
-  constexpr double drift = 1e-3;  // of the speeds that the slip is the difference of
-  const double slip = u.tail<2>().norm();
-  if (slip <= stick_speed()) return false;
-  if (!c.stuck) return true;
+// m/s: a speed of the contact up to which it may be what the midpoint rule leaves of its turning,
+// of second order in the angle; relative to those it is the difference of.
+double IslandAdvance::drift_speed(const Contact& c) const {
+  constexpr double share = 1e-3;
   const Vec3 point = place_of(world_.bodies, c).point;
   const auto surface_speed = [&](const Body& body) {
     return (body.linear_velocity() - reference_).norm() +
            body.angular_velocity().cross(point - body.state.x).norm();
   };
-  return slip >
-         drift * (surface_speed(world_.bodies[c.body_a]) + surface_speed(world_.bodies[c.body_b]));
+  return share * (surface_speed(world_.bodies[c.body_a]) + surface_speed(world_.bodies[c.body_b]));
+}
+
+// Whether a contact of slip u (m/s, contact frame) slides. One that stuck drifts.
+bool IslandAdvance::slides(const Contact& c, const Vec3& u) const {
+  const double slip = u.tail<2>().norm();
+  return slip > stick_speed() && !(c.stuck && slip <= drift_speed(c));
 }
 
 void IslandAdvance::carry(double tau, bool far_too) {

@@ -59,6 +59,7 @@ void IslandAdvance::strike() {
   IslandWorkspace& work = work_;
   bool struck = false;
   bool rebounds = false;
+  bool hit = false;  // faster than what turning explains
   active_.clear();
   look_who_carried();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -82,6 +83,7 @@ void IslandAdvance::strike() {
                          k.restitution * approach > rest_speed(c);
     if (rebound || (approach > tolerance::resting_speed && !drifts(i, approach))) struck = true;
     rebounds |= rebound;
+    hit |= approach > tolerance::resting_speed && approach > drift_speed(c);
   }
   if (!struck) return;
   // The Zeno rule. Where anything rebounds, contacts that rest now may be struck next: they keep
@@ -109,7 +111,7 @@ void IslandAdvance::strike() {
   stats.energy_error = std::fmax(stats.energy_error, report.energy_gain);
   for (std::size_t n = 0; n < active_.size(); ++n) {
     Contact& c = contacts[active_[n]];
-    c.stuck = false;
+    c.stuck &= !hit;
     const ContactConstraint& k = work.problem.contacts[n];
     const Vec3 impulse = k.frame.transpose() * work.solution.impulse[n];
     Vec3 moment = Vec3::Zero();
