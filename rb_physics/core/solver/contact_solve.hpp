@@ -57,7 +57,10 @@ struct ContactSolve {
   // Slips against a static coefficient: the kinetic one from now on. True if any changed.
   bool release_sliding(double typical_velocity);
   bool accept_warm_start();
-  double harmless_share() const;
+  using Power = SolverWorkspace::Power;
+  Power power();
+  double harmless_share();
+  bool shrink();
   void lose_energy();
   void run();
 

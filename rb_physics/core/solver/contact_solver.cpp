@@ -128,21 +128,47 @@ void ContactSolve::run() {
   report.factorizations = ws.space.factorizations();
 }
 
-// Of the impulses, f . (A f + 2 u-) > 0: the share of them that has the least energy. 1 if they
-// gain none.
-double ContactSolve::harmless_share() const {
-  double turned = 0.0, approach = 0.0;  // f . A f, f . u-
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-    const ContactConstraint& c = problem.contacts[i];
-    const Vec3 before = relative_velocity(c, problem.velocity);
-    approach += io.impulse[i].dot(before);
-    turned += io.impulse[i].dot(relative_velocity(c, ws.v) - before);
-    if (io.moment.empty()) continue;
-    const Vec3 spin = relative_spin(c, problem.velocity);
-    approach += io.moment[i].dot(spin);
-    turned += io.moment[i].dot(relative_spin(c, ws.v) - spin);
+// Sums over blocks of contacts, then over blocks: of the same bits on any number of threads.
+ContactSolve::Power ContactSolve::power() {
+  constexpr std::size_t block = 512;  // contacts
+  const std::size_t nc = problem.contacts.size();
+  const std::size_t blocks = (nc + block - 1) / block;
+  ws.powers.assign(blocks, Power{});
+  ws.wide.share_range(blocks, 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t b = first; b < last; ++b) {
+      Power& sum = ws.powers[b];
+      for (std::size_t i = b * block; i < std::min(nc, (b + 1) * block); ++i) {
+        const ContactConstraint& c = problem.contacts[i];
+        const Vec3 before = relative_velocity(c, problem.velocity);
+        sum.approach += io.impulse[i].dot(before);
+        sum.turned += io.impulse[i].dot(relative_velocity(c, ws.v) - before);
+        if (io.moment.empty()) continue;
+        const Vec3 spin = relative_spin(c, problem.velocity);
+        sum.approach += io.moment[i].dot(spin);
+        sum.turned += io.moment[i].dot(relative_spin(c, ws.v) - spin);
+      }
+    }
+  });
+  Power all;
+  for (const Power& p : ws.powers) {
+    all.approach += p.approach;
+    all.turned += p.turned;
   }
-  return turned + 2.0 * approach > 0.0 ? std::max(0.0, -approach / turned) : 1.0;
+  return all;
+}
+
+// 1 if the impulses gain no energy, f . (A f + 2 u-) <= 0.
+double ContactSolve::harmless_share() {
+  const Power p = power();
+  return p.turned + 2.0 * p.approach > 0.0 ? p.least_energy_share() : 1.0;
+}
+
+// True if the impulses gained energy: then they are what is harmless of them.
+bool ContactSolve::shrink() {
+  const double share = harmless_share();
+  if (share == 1.0) return false;
+  for (Vec3& f : io.impulse) f *= share;
+  return true;
 }
 
 // What is not solved must not gain energy. Impulses in one proportion stay in their cones.

@@ -12,6 +12,7 @@
 //   7 judged by the residual
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "contact/problem.hpp"
@@ -44,6 +45,15 @@ struct SolverWorkspace {
   std::vector<Vec3> slips;  // of v, as it was last measured
   std::vector<Vec3> saved_impulse, saved_moment, best_impulse, best_moment, direction,
       moment_direction;
+  // Of impulses f: f . u- before them, and f . A f, by which they change it.
+  struct Power {
+    double approach = 0.0, turned = 0.0;
+    // Of all shares of the impulses the one that leaves the least energy; 1 where more would.
+    double least_energy_share() const {
+      return turned > 0.0 ? std::clamp(-approach / turned, 0.0, 1.0) : 1.0;
+    }
+  };
+  std::vector<Power> powers;  // by block of contacts
   std::vector<Vec6> certificate;
   ContactScales scales;
 };
