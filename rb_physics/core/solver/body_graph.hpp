@@ -22,6 +22,12 @@ class BodyGraph {
   // Off-diagonal blocks of the factor, fill included.
   int block_count() const { return static_cast<int>(rows_.size()); }
   double factor_work() const { return work_; }  // multiply-adds of one symmetric factorisation
+  // Many contacts, and every body among many others: not a tower.
+  bool is_jam() const {
+    constexpr std::size_t few = 64;
+    constexpr double tower = 150.0;  // multiply-adds per contact
+    return pairs_.size() > few && work_ > tower * static_cast<double>(pairs_.size());
+  }
 
   // Elimination position of a body, 0 ... nb - 1.
   int position(int body) const { return position_[body]; }

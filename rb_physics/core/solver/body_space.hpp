@@ -32,6 +32,7 @@ class BodySpace {
   void scale_transposed(const std::vector<Vec6>& p, std::vector<Vec6>& z) const;
 
   int factorizations() const { return factorizations_; }
+  bool is_jam() const { return graph_.is_jam(); }  // after prepare()
   double factor_work() const { return graph_.factor_work(); }
 
  private:

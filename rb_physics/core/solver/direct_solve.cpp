@@ -13,13 +13,15 @@ namespace rb {
 
 namespace {
 
-constexpr int kRetries = 2;          // attempts from the same start, after which come others
-constexpr int kStarts = 8;           // other starts, before the first one again with more sweeps
-constexpr int kJamSweeps = 800;      // wide, in a jam
-constexpr int kJamPatience = 160;    // sweeps
-constexpr double kJamStart = 1e-8;   // there Newton gains nothing from farther away
-constexpr double kTowerWork = 150;   // multiply-adds of a factorisation per contact: more is a jam
-constexpr int kRetrySweeps = 60;     // before another Newton attempt
+constexpr int kRetries = 2;         // attempts from the same start, after which come others
+constexpr int kStarts = 8;          // other starts, before the first one again with more sweeps
+constexpr int kJamSweeps = 800;     // wide, in a jam
+constexpr int kJamPatience = 160;   // sweeps
+constexpr double kJamStart = 1e-8;  // there Newton gains nothing from farther away
+constexpr int kFriction = 1500;     // steps of the friction path, of which many contacts take fewer
+constexpr double kNear = 1e-6;      // the friction path begins far away and ends there no nearer
+constexpr double kGain = 0.1;       // of many contacts: less for another attempt is not worth it
+constexpr int kRetrySweeps = 60;    // before another Newton attempt
 constexpr double kGoodStart = 1e-3;  // a warm start below it goes to Newton as it is
 constexpr double kCentral = 1e-5;    // where the interior-point method hands over to Newton
 constexpr int kMostCentral = 30;     // its steps
@@ -81,10 +83,7 @@ bool ContactSolve::pivot_normals() {
   return false;
 }
 
-bool ContactSolve::jam() const {
-  return large() && io.moment.empty() &&
-         ws.space.factor_work() > kTowerWork * static_cast<double>(problem.contacts.size());
-}
+bool ContactSolve::jam() const { return io.moment.empty() && ws.space.is_jam(); }
 
 void ContactSolve::interior() {
   ws.saved_impulse = io.impulse;
@@ -131,6 +130,7 @@ void ContactSolve::solve_direct() {
   int attempts = settings.newton_attempts;
   if (jam()) attempts = report.residual <= kJamStart ? std::min(attempts, 1) : 0;
   for (int k = 0; k < attempts && !reached(k) && !out_of_work(); ++k) {
+    const double start = report.residual;
     // What is left is the rounding of an ill-conditioned island: no use to insist.
     if (report.residual <= settings.enough && k >= (large() ? 1 : 2)) break;
     if (!central && (k > 0 || (large() && report.residual > kGoodStart))) {
@@ -138,7 +138,11 @@ void ContactSolve::solve_direct() {
       central = true;
       if (report.residual <= target) break;
     } else if (k == kRetries + 1 && !large()) {
-      follow_friction(1500);
+      if (report.residual <= kNear) {
+        sweep(kRetrySweeps << kRetries);
+      } else {
+        follow_friction(kFriction);
+      }
       keep_best();
       if (report.residual <= std::max(target, settings.enough)) break;
     } else if (k == kRetries + 2 && !large() && io.moment.empty()) {
@@ -152,6 +156,7 @@ void ContactSolve::solve_direct() {
     newton(k, kSoftness, jam() ? 10 : 30);
     measure();
     keep_best();
+    if (large() && k > 0 && report.residual > kGain * start) break;
   }
   const auto take_best = [&] {
     if (!(report.residual > best)) return;
@@ -167,8 +172,12 @@ void ContactSolve::solve_direct() {
 }
 
 void ContactSolve::follow_friction(int most_steps) {
+  // Dense: a step costs the cube of their number.
+  constexpr double few = 12.0;  // contacts
+  const double share = std::fmin(1.0, few / static_cast<double>(problem.contacts.size()));
+  const int most = std::max(1, static_cast<int>(share * share * share * most_steps));
   const FrictionPathReport r =
-      friction_path(problem, ws.scales, ws.cones, most_steps, io.impulse, io.moment);
+      friction_path(problem, ws.scales, ws.cones, most, io.impulse, io.moment);
   const double n = (io.moment.empty() ? 3.0 : 6.0) * static_cast<double>(problem.contacts.size());
   report.newton_steps += r.steps;
   work += r.steps * n * n * n / 300.0;

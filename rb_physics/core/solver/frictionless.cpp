@@ -9,10 +9,15 @@ namespace rb {
 namespace {
 
 constexpr double kDependent = 1e-7;  // of A_ii: pivots below it are left to methods that regularise
-constexpr double kInconsistent = 1e-9;  // of the fastest d: what a dependent contact may approach
+constexpr double kInconsistent = 1e-9;  // of the fastest d: what dependent contacts may approach
 constexpr std::size_t kFew = 12;        // contacts: their order makes no difference
 constexpr double kNoise = 4e-15;        // of the fastest d
 constexpr int kBlocks = 3;              // block exchanges that gain nothing before a single one
+constexpr double kSoft = 1e-6;          // of A_ii: added to it where contacts depend on each other
+constexpr double kPull = 1e-2;          // rounding of a speed over that of what a force does there
+constexpr double kSoftNoise = 1e-11;    // of the fastest d
+constexpr int kMostCentres = 8;
+constexpr double kMostFactors = 10.0;  // of the largest size
 
 double dot(const double* x, const double* y, std::ptrdiff_t n) {
   double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
@@ -36,6 +41,7 @@ struct Pivoting {
   double fastest = 0.0;   // m/s, of d
   double rounding = 0.0;  // m/s
   bool dependent = false, factored = false;
+  double soft = 0.0;  // kSoft once contacts were found to depend on each other
 
   double motion(const Row& r, const std::vector<Vec6>& v) const {
     double s = r.normal.dot(v[r.a].head<3>()) + r.turn_a.dot(v[r.a].tail<3>());
@@ -204,7 +210,7 @@ struct Pivoting {
       work += 20.0 + 0.5 * width * width;
     }
     ws.start[n] = size;
-    if (work > options.max_work) return false;
+    if (work > options.max_work || report.work > kMostFactors * options.max_work) return false;
     report.work += work;
     ++report.factorizations;
     ws.lower.resize(size);
@@ -216,21 +222,23 @@ struct Pivoting {
       for (const auto& [j, value] : couplings_of(ws.order[p])) {
         if (ws.carries[j] && ws.place[j] < static_cast<std::int32_t>(p)) row[ws.place[j]] += value;
       }
-      double pivot = r.diagonal;
+      double pivot = (1.0 + soft) * r.diagonal;
       for (std::int32_t q = first; q < static_cast<std::int32_t>(p); ++q) {
         const std::int32_t from = std::max(first, ws.first[q]);
         const double* other = ws.lower.data() + ws.start[q] - ws.first[q];
         row[q] = (row[q] - dot(row + from, other + from, q - from)) * ws.inverse[q];
         pivot -= row[q] * row[q];
       }
-      if (pivot > kDependent * r.diagonal) {
+      if (pivot > (soft > 0.0 ? 0.1 * soft : kDependent) * r.diagonal) {
         ws.inverse[p] = 1.0 / std::sqrt(pivot);
         continue;
       }
-      if (options.unique) return false;
-      ws.inverse[p] = 0.0;
+      if (options.unique || soft > 0.0) return false;
+      dependent = true;
+      soft = kSoft;
+      rounding = std::max(rounding, kSoftNoise * fastest);
+      return factorize();
     }
-    dependent = std::find(ws.inverse.begin(), ws.inverse.end(), 0.0) != ws.inverse.end();
     return factored = true;
   }
 
@@ -252,8 +260,10 @@ struct Pivoting {
   void measure() {
     ws.velocity = problem.velocity;
     for (const std::int32_t i : ws.order) push(ws.rows[i], ws.force[i], ws.velocity);
-    for (std::size_t i = 0; i < ws.rows.size(); ++i)
+    for (std::size_t i = 0; i < ws.rows.size(); ++i) {
       ws.speed[i] = motion(ws.rows[i], ws.velocity) + problem.contacts[i].bias.x();
+      ws.speed[i] += soft * ws.rows[i].diagonal * (ws.force[i] - ws.centre[i]);
+    }
   }
 
   void correct() {
@@ -269,7 +279,8 @@ struct Pivoting {
     const std::size_t nc = ws.rows.size();
     ws.force.assign(nc, 0.0);
     ws.speed.resize(nc);
-    for (std::size_t i = 0; i < nc; ++i) ws.speed[i] = ws.rows[i].d;
+    for (std::size_t i = 0; i < nc; ++i)
+      ws.speed[i] = ws.rows[i].d - soft * ws.rows[i].diagonal * ws.centre[i];
     correct();
     double left = 0.0;
     for (const std::int32_t i : ws.order) left = std::max(left, std::abs(ws.speed[i]));
@@ -280,10 +291,10 @@ struct Pivoting {
   // Carries what pulls, or approaches and carries nothing.
   bool is_wrong(std::size_t i) const {
     if (!ws.carries[i]) return ws.speed[i] < -rounding;
-    return ws.force[i] * ws.rows[i].diagonal < -rounding;
+    return ws.force[i] * ws.rows[i].diagonal < -rounding / (soft > 0.0 ? kPull : 1.0);
   }
 
-  bool run() {
+  bool exchange() {
     const std::size_t nc = ws.rows.size();
     std::size_t fewest = nc + 1;
     int blocks = kBlocks;
@@ -296,7 +307,7 @@ struct Pivoting {
         ++wrong;
         last = i;
       }
-      if (wrong == 0) return is_consistent();
+      if (wrong == 0) return true;
       if (wrong < fewest) {
         fewest = wrong;
         blocks = kBlocks;
@@ -312,10 +323,22 @@ struct Pivoting {
     return false;
   }
 
-  bool is_consistent() const {
-    if (!dependent) return true;
-    return std::all_of(ws.order.begin(), ws.order.end(),
-                       [&](std::int32_t i) { return ws.speed[i] >= -kInconsistent * fastest; });
+  // Where contacts depend on each other: the proximal point method, from no forces, whose every
+  // step has one answer.
+  bool run() {
+    ws.centre.assign(ws.rows.size(), 0.0);
+    for (int k = 0; k < kMostCentres; ++k) {
+      if (!exchange()) return false;
+      if (soft == 0.0) return true;
+      double left = 0.0;  // m/s
+      for (std::size_t i = 0; i < ws.rows.size(); ++i) {
+        const double force = std::max(ws.force[i], 0.0);
+        left = std::max(left, soft * ws.rows[i].diagonal * std::abs(force - ws.centre[i]));
+        ws.centre[i] = force;
+      }
+      if (left <= kInconsistent * fastest) return true;
+    }
+    return false;
   }
 };
 

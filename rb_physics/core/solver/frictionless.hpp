@@ -33,7 +33,7 @@ struct FrictionlessWorkspace {
   std::vector<std::int32_t> all, order, place;  // all contacts, and those that carry, in order
   std::vector<std::int32_t> first, start;  // of each row of the envelope: column, place in `lower`
   std::vector<double> lower, inverse;      // L; 1 / L_ii, 0 where the row depends on earlier ones
-  std::vector<double> force, speed, right;
+  std::vector<double> force, speed, right, centre;
   std::vector<Vec6> velocity;
 };
 

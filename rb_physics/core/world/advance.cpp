@@ -61,7 +61,7 @@ void IslandAdvance::run(double h) {
   bool capped = false;
   caps_before_ = iteration_caps();
   while (true) {
-    strike();
+    if (!strike(left)) return take_at_once(h);
     mark();
     // A search that met its cap took as long as many.
     const auto work = events + 4 * (iteration_caps() - caps_before_) - pieces;

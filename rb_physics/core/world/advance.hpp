@@ -52,6 +52,7 @@ class IslandAdvance {
 
  private:
   void run_in_one_solve(double h);  // world/one_solve.cpp
+  void take_at_once(double h);
   struct Materials {
     bool rebound;  // something that touches may bounce off: only then is an impact law applied
     bool moments;  // there is rolling or spinning friction
@@ -63,8 +64,10 @@ class IslandAdvance {
   bool close_gaps(double h);
   void take_back_at_once(double h, bool closed);
   // Impacts at the present instant: touching contacts that approach faster than rest explains (S13,
-  // S14).
-  void strike();
+  // S14). `left` seconds of the step are to come: false if they are to be taken in one solve, with
+  // impacts that nothing rebounds from in it, as a jam of many contacts is.
+  bool strike(double left);
+  bool takes_one_solve(double left);
   // Forces over the next tau seconds: resting and sliding contacts (S16 in velocities). Fills
   // `total_`. far_too: contacts not yet touching count as well, with the gap they may close.
   void carry(double tau, bool far_too);

@@ -179,7 +179,11 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
     if (c.active()) constrain(c, place_of(world.bodies, c), c.point.separation);
   }
   const std::size_t one_way = problem.contacts.size();
-  if (!is_large_island(one_way)) {
+  // In a jam, what is loaded may not all be closed at once: contacts depend on each other.
+  const bool many = is_large_island(one_way) ||
+                    (work.solver.space.prepare(problem, SolverSettings{}.max_factor_work) &&
+                     work.solver.space.is_jam());
+  if (!many) {
     for (const std::int32_t i : contacts) {
       const Contact& c = world.contacts[i];
       if (!has_opened(c)) continue;
@@ -188,7 +192,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
       constrain(c, place, -c.point.separation);
     }
   }
-  if (is_large_island(one_way)) {
+  if (many) {
     constexpr int most_sweeps = 40;
     work.solver.wide.use(&world.work.crew);
     work.solver.wide.forget();

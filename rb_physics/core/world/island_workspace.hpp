@@ -32,6 +32,7 @@ struct IslandWorkspace {
   ContactSolution solution;
   ContactSolution steady;  // without what earlier steps left (carry.cpp)
   SolverWorkspace solver;
+  BodyGraph graph;  // of all contacts within reach
 
   // See IslandAdvance, which names them.
   std::vector<Contact> contacts, departed, found, of_all;

@@ -67,6 +67,14 @@ void IslandAdvance::run_in_one_solve(double h) {
   wide.use(nullptr);
 }
 
+// An island of some hundred contacts, which has its own.
+void IslandAdvance::take_at_once(double h) {
+  work_.solver.wide.forget();
+  active_.resize(contacts.size());
+  std::iota(active_.begin(), active_.end(), 0);
+  solve_at_once(h, {false, look_at_materials().moments});
+}
+
 // With copies of its contacts in place of the whole list.
 void IslandAdvance::solve_apart(double h, const Materials& materials) {
   std::vector<Contact>& all = work_.of_all;
@@ -81,7 +89,7 @@ void IslandAdvance::solve_apart(double h, const Materials& materials) {
 }
 
 void IslandAdvance::solve_at_once(double h, const Materials& materials) {
-  if (materials.rebound) strike();
+  if (materials.rebound) strike(0.0);
   shift_.clear();
   shift_.resize(rows_.size());
   mark();

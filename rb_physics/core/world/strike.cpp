@@ -55,7 +55,25 @@ void IslandAdvance::look_who_carried() {
     work_.carried[i] = contacts[i].warm_force.x() > 0.0 && is_flat(world_, contacts[i]);
 }
 
-void IslandAdvance::strike() {
+// Where contacts open and fall shut all over, in every step, and there is nothing to look for.
+bool IslandAdvance::takes_one_solve(double left) {
+  const Settings& settings = world_.settings;
+  const auto most = static_cast<std::size_t>(settings.max_event_contacts);
+  if (settings.stepper != Stepper::FIXED || left != settings.dt || contacts.size() <= most)
+    return false;
+  ContactProblem& problem = work_.settle_problem;
+  build_bodies(world_.bodies, {rows_, &world_.work.index_of, reference_}, problem);
+  for (const Contact& c : contacts) {
+    problem.contacts.emplace_back();
+    problem.contacts.back().a = world_.work.index_of[c.body_a];
+    if (world_.bodies[c.body_b].is_dynamic())
+      problem.contacts.back().b = world_.work.index_of[c.body_b];
+  }
+  return work_.graph.analyze(problem, SolverSettings{}.max_factor_work) && work_.graph.is_jam() &&
+         !may_pass(left) && !rebound_ahead(left);
+}
+
+bool IslandAdvance::strike(double left) {
   IslandWorkspace& work = work_;
   bool struck = false;
   bool rebounds = false;
@@ -66,10 +84,10 @@ void IslandAdvance::strike() {
     if (contacts[i].touching()) active_.push_back(static_cast<std::int32_t>(i));
   }
   relative_known_ = false;
-  if (active_.empty()) return;
+  if (active_.empty()) return true;
   if (!approaches()) {
     relative_known_ = true;
-    return;
+    return true;
   }
   const BodyIndex index{rows_, &world_.work.index_of, reference_};
   build_bodies(world_.bodies, index, work.problem);
@@ -85,7 +103,8 @@ void IslandAdvance::strike() {
     rebounds |= rebound;
     hit |= approach > tolerance::resting_speed && approach > drift_speed(c);
   }
-  if (!struck) return;
+  if (!struck) return true;
+  if (!rebounds && takes_one_solve(left)) return false;
   // The Zeno rule. Where anything rebounds, contacts that rest now may be struck next: they keep
   // their restitution.
   if (!rebounds) {
@@ -126,6 +145,7 @@ void IslandAdvance::strike() {
       b.state.L -= k.r_b.cross(impulse) + moment;
     }
   }
+  return true;
 }
 
 }  // namespace rb
