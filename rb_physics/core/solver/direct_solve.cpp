@@ -13,10 +13,12 @@ namespace rb {
 
 namespace {
 
-constexpr int kRetries = 2;         // attempts from the same start, after which come others
-constexpr int kStarts = 8;          // other starts, before the first one again with more sweeps
-constexpr int kJamSweeps = 800;     // wide, in a jam
-constexpr int kJamPatience = 160;   // sweeps
+constexpr int kRetries = 2;        // attempts from the same start, after which come others
+constexpr int kStarts = 8;         // other starts, before the first one again with more sweeps
+constexpr int kJamSweeps = 800;    // wide, in a jam
+constexpr int kJamPatience = 160;  // sweeps
+constexpr int kLargeSweeps = 320;  // wide, of many contacts that are no jam
+constexpr int kLargePatience = 64;
 constexpr double kJamStart = 1e-8;  // there Newton gains nothing from farther away
 constexpr int kFriction = 1500;     // steps of the friction path, of which many contacts take fewer
 constexpr double kNear = 1e-6;      // the friction path begins far away and ends there no nearer
@@ -102,6 +104,9 @@ void ContactSolve::solve_direct() {
   const bool single = problem.contacts.size() == 1 && io.moment.empty();
   if (jam() && !(report.residual <= kJamStart)) {
     wide_sweeps(kJamSweeps, kJamPatience);
+    measure();
+  } else if (large() && io.moment.empty() && !(report.residual <= kGoodStart)) {
+    wide_sweeps(kLargeSweeps, kLargePatience);
     measure();
   } else if (single || !(report.residual <= kGoodStart)) {
     sweep(single ? 1 : kFirstSweeps);
