@@ -55,9 +55,10 @@ bool has_opened(const Contact& c) { return c.active() && c.has_opened(); }
 
 // Moves the bodies of an island, and takes back what that did to their energy and, where nothing
 // immovable takes it up, to x x p. `pushes` are of each active contact; empty: all of them pushed.
+// `lifted`: what it does to their potential energy counts, too.
 void displace(World& world, std::span<const std::int32_t> rows,
               std::span<const std::int32_t> contacts, const std::vector<Vec6>& by,
-              const std::vector<Vec3>& pushes) {
+              const std::vector<Vec3>& pushes, bool lifted) {
   IslandWorkspace& work = world.work.threads[0];
   std::vector<std::int32_t>& links = work.settled;
   links.clear();
@@ -75,7 +76,7 @@ void displace(World& world, std::span<const std::int32_t> rows,
     shift_body(body, by[k]);
     work.gains[k].energy = 0.5 * (body.state.L.dot(body.angular_velocity()) - before);
     // Small islands: what lifts the bodies is what sinking too far has given them.
-    if (!pushes.empty()) work.gains[k].energy -= world.applied[rows[k]].force.dot(by[k].head<3>());
+    if (lifted) work.gains[k].energy -= world.applied[rows[k]].force.dot(by[k].head<3>());
     work.gains[k].angular =
         by[k].head<3>().cross(body.inertia.mass * (body.linear_velocity() - reference));
   }
@@ -143,8 +144,34 @@ bool separate_locally(World& world, const Island& island, std::span<const std::i
   }
   for (std::size_t k = 0; k < rows.size(); ++k)
     step.index_of[rows[k]] = static_cast<std::int32_t>(k);
-  displace(world, rows, contacts, work.shift, {});
+  displace(world, rows, contacts, work.shift, {}, false);
   return true;
+}
+
+// Whether gaps (m) are all that such displacements are for.
+bool is_near(const World& world, std::span<const std::int32_t> rows, const std::vector<Vec6>& by,
+             double gap) {
+  constexpr double farthest = 1e3;  // gaps: a wedge's
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const double way = by[k].head<3>().norm() + world.reach[rows[k]] * by[k].tail<3>().norm();
+    if (!(way <= farthest * gap)) return false;
+  }
+  return true;
+}
+
+// Overlap only, and what sweeps make of it. The problem is the thread's.
+void separate_by_sweeps(World& world, std::span<const std::int32_t> rows,
+                        std::span<const std::int32_t> contacts, double deepest) {
+  constexpr int most_sweeps = 40;
+  IslandWorkspace& work = world.work.threads[0];
+  WideContacts& wide = work.solver.wide;
+  const bool large = is_large_island(work.problem.contacts.size());
+  if (large) wide.use(&world.work.crew);
+  wide.forget();
+  separate_bodies(work.problem, 0.01 * deepest, most_sweeps, wide, work.velocity_before);
+  wide.use(nullptr);
+  if (is_near(world, rows, work.velocity_before, deepest))
+    displace(world, rows, contacts, work.velocity_before, {}, !large);
 }
 
 // Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0, and = 0
@@ -192,15 +219,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
       constrain(c, place, -c.point.separation);
     }
   }
-  if (many) {
-    constexpr int most_sweeps = 40;
-    work.solver.wide.use(&world.work.crew);
-    work.solver.wide.forget();
-    separate_bodies(problem, 0.01 * deepest, most_sweeps, work.solver.wide, work.velocity_before);
-    work.solver.wide.use(nullptr);
-    displace(world, rows, contacts, work.velocity_before, {});
-    return;
-  }
+  if (many) return separate_by_sweeps(world, rows, contacts, deepest);
   work.solution.impulse.assign(problem.contacts.size(), Vec3::Zero());
   work.solution.moment.clear();
   work.solution.certificate.clear();
@@ -212,13 +231,18 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   settings.minimum_norm = false;
   settings.max_work = world.settings.max_work;
   solve_contacts(problem, settings, work.solution, work.solver);
+  // Loaded contacts that contradict each other are closed by going far away, if at all.
+  if (!is_near(world, rows, work.solution.velocity, deepest)) {
+    problem.contacts.resize(one_way);
+    return separate_by_sweeps(world, rows, contacts, deepest);
+  }
   std::size_t n = 0, back = one_way;
   for (const std::int32_t i : contacts) {
     const Contact& c = world.contacts[i];
     if (has_opened(c)) work.solution.impulse[n].x() -= work.solution.impulse[back++].x();
     n += c.active();
   }
-  displace(world, rows, contacts, work.solution.velocity, work.solution.impulse);
+  displace(world, rows, contacts, work.solution.velocity, work.solution.impulse, true);
 }
 
 }  // namespace
