@@ -148,10 +148,10 @@ bool separate_locally(World& world, const Island& island, std::span<const std::i
   return true;
 }
 
-// Whether gaps (m) are all that such displacements are for.
+// Whether displacements are no more than it takes to close gaps (m).
 bool is_near(const World& world, std::span<const std::int32_t> rows, const std::vector<Vec6>& by,
              double gap) {
-  constexpr double farthest = 1e3;  // gaps: a wedge's
+  constexpr double farthest = 100.0;  // gaps: a wedge's
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const double way = by[k].head<3>().norm() + world.reach[rows[k]] * by[k].tail<3>().norm();
     if (!(way <= farthest * gap)) return false;
@@ -188,6 +188,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   double deepest = 0.0;  // or the widest gap that is to be closed
   for (const std::int32_t i : contacts) {
     const Contact& c = world.contacts[i];
+    if (!c.active()) continue;
     deepest = std::fmax(deepest, has_opened(c) ? c.point.separation : -c.point.separation);
   }
   for (std::size_t k = 0; k < rows.size(); ++k) {

@@ -89,7 +89,11 @@ void IslandAdvance::solve_apart(double h, const Materials& materials) {
 }
 
 void IslandAdvance::solve_at_once(double h, const Materials& materials) {
-  if (materials.rebound) strike(0.0);
+  if (materials.rebound) {
+    strike(0.0);  // which lists those that touch only
+    active_.resize(contacts.size());
+    std::iota(active_.begin(), active_.end(), 0);
+  }
   shift_.clear();
   shift_.resize(rows_.size());
   mark();
