@@ -167,6 +167,11 @@ void separate_by_sweeps(World& world, std::span<const std::int32_t> rows,
   WideContacts& wide = work.solver.wide;
   const bool large = is_large_island(work.problem.contacts.size());
   if (large) wide.use(&world.work.crew);
+  // What turns little overlaps at few other places.
+  constexpr double turn_share = 0.1;
+  if (!large) {
+    for (Mat3& inverse : work.problem.inv_inertia) inverse *= turn_share;
+  }
   wide.forget();
   separate_bodies(work.problem, 0.01 * deepest, most_sweeps, wide, work.velocity_before);
   wide.use(nullptr);

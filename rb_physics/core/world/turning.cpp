@@ -73,6 +73,17 @@ double IslandAdvance::piece_of(double left) const {
   return pieces > 1.0 ? left / pieces : left;
 }
 
+// Where contacts are not looked for on the way: what turns, on other corners and at other places of
+// a rim than at the start, overlaps by about the square of its angle.
+double IslandAdvance::coarse_piece_of(double h) const {
+  constexpr double most_turn = 3e-2;  // rad
+  constexpr double most_pieces = 4.0;
+  double fastest = 0.0;
+  for (const std::int32_t row : rows_)
+    fastest = std::fmax(fastest, world_.bodies[row].angular_velocity().norm());
+  return h / std::clamp(std::ceil(fastest * h / most_turn), 1.0, most_pieces);
+}
+
 // Whether anything turns enough within tau for the contacts to move: above rounding of a step.
 bool IslandAdvance::turning(double tau) const {
   constexpr double negligible = 1e-9;  // rad
