@@ -59,11 +59,11 @@ RodAxis separating_axis(const Rod& rod, const Polytope& b, bool apart, int verte
   return best;
 }
 
-// The part of the rod over a face: its two ends.
-void face_contacts(const Rod& rod, const Polytope& b, const RodAxis& axis, double margin,
-                   double tolerance, Manifold& out) {
+// The part of the rod over a face: its two ends, but for one that is where the rod is met already.
+void face_contacts(const Rod& rod, const Polytope& b, int of_face, double margin, double tolerance,
+                   Manifold& out, double met = std::numeric_limits<double>::infinity()) {
   static thread_local std::vector<PolygonCorner> corners;
-  const FacePolygon face = b.polygon(axis.face, corners);
+  const FacePolygon face = b.polygon(of_face, corners);
   double low = -rod.half, high = rod.half;
   std::uint32_t low_edge = face.face, high_edge = face.face;
   for (int i = 0; i < face.size; ++i) {
@@ -84,6 +84,7 @@ void face_contacts(const Rod& rod, const Polytope& b, const RodAxis& axis, doubl
   }
   if (low > high + tolerance) return;
   const auto add = [&](double along, std::uint32_t feature) {
+    if (std::abs(along - met) <= tolerance) return;
     const double separation =
         face.normal.dot(rod.center + along * rod.axis - face.corners[0].point);
     if (!(separation - rod.radius <= margin)) return;
@@ -96,8 +97,17 @@ void face_contacts(const Rod& rod, const Polytope& b, const RodAxis& axis, doubl
   if (high - low > tolerance) add(low, low_edge);
 }
 
-bool edge_contact(const Rod& rod, const Polytope& b, const RodAxis& axis, double tolerance,
-                  Manifold& out) {
+// Where the rod is met between its ends, at `met`, and lies nearly flat on a face beside: its end
+// there, which is next to touch.
+void far_end(const Rod& rod, const Polytope& b, int face, const Vec3& normal, double met,
+             double margin, double tolerance, Manifold& out) {
+  constexpr double nearly = 0.98;  // cosine
+  if (b.normal(face).dot(normal) < nearly) return;
+  face_contacts(rod, b, face, margin, tolerance, out, met);
+}
+
+bool edge_contact(const Rod& rod, const Polytope& b, const RodAxis& axis, double margin,
+                  double tolerance, Manifold& out) {
   const HullEdge& edge = b.topology().edges[axis.edge];
   const Vec3 tail = b.vertex(edge.tail);
   const Vec3 along = b.vertex(edge.head) - tail;
@@ -112,12 +122,16 @@ bool edge_contact(const Rod& rod, const Polytope& b, const RodAxis& axis, double
   p.feature_b = b.edge_feature(axis.edge);
   p.normal_owner = NormalOwner::EDGES;
   out.add(p);
-  return std::abs(s) <= rod.half + tolerance && t >= -tolerance && t <= length + tolerance;
+  if (!(std::abs(s) <= rod.half + tolerance && t >= -tolerance && t <= length + tolerance))
+    return false;
+  for (const int face : {edge.left, edge.right})
+    far_end(rod, b, face, axis.normal, s, margin, tolerance, out);
+  return true;
 }
 
 // Where the nearest features are a vertex, or an edge with the rod beside it.
 void nearest_contact(const Rod& rod, const Polytope& b, const GjkResult& nearest, double margin,
-                     Manifold& out) {
+                     double tolerance, Manifold& out) {
   if (!(nearest.distance - rod.radius <= margin)) return;
   const Simplex& s = nearest.simplex;
   int vertices[4];
@@ -159,6 +173,15 @@ void nearest_contact(const Rod& rod, const Polytope& b, const GjkResult& nearest
   p.feature_a = make_feature(FeatureType::SMOOTH, ends[0] && ends[1] ? 2 : ends[0] ? 0 : 1);
   p.feature_b = feature;
   out.add(p);
+  if (!(ends[0] && ends[1])) return;
+  const double met = rod.axis.dot(on_rod - rod.center);
+  const auto look = [&](int face) { far_end(rod, b, face, normal, met, margin, tolerance, out); };
+  if (feature_type(feature) == FeatureType::EDGE) {
+    const HullEdge& edge = b.topology().edges[feature_index(feature)];
+    look(edge.left), look(edge.right);
+  } else if (feature_type(feature) == FeatureType::VERTEX) {
+    b.for_each_face_at(vertices[0], look);
+  }
 }
 
 // The deepest end alone, should rounding leave nothing over the face.
@@ -188,9 +211,9 @@ void contacts(const Capsule& a, const Placement& at_a, const Polytope& b, double
   if (!apart || nearest.distance <= axis.separation + tolerance) {
     if (!(axis.separation - rod.radius <= margin)) return;
     if (axis.edge >= 0) {
-      if (edge_contact(rod, b, axis, tolerance, out)) return;
+      if (edge_contact(rod, b, axis, margin, tolerance, out)) return;
     } else {
-      face_contacts(rod, b, axis, margin, tolerance, out);
+      face_contacts(rod, b, axis.face, margin, tolerance, out);
       if (out.least_separation(first) <= axis.separation - rod.radius + tolerance) return;
     }
     if (!apart) {
@@ -199,7 +222,7 @@ void contacts(const Capsule& a, const Placement& at_a, const Polytope& b, double
     }
   }
   out.truncate(first);
-  nearest_contact(rod, b, nearest, margin, out);
+  nearest_contact(rod, b, nearest, margin, tolerance, out);
 }
 
 }  // namespace

@@ -105,9 +105,6 @@ void ContactSolve::solve_direct() {
   if (jam() && !(report.residual <= kJamStart)) {
     wide_sweeps(kJamSweeps, kJamPatience);
     measure();
-  } else if (large() && io.moment.empty() && !(report.residual <= kGoodStart)) {
-    wide_sweeps(kLargeSweeps, kLargePatience);
-    measure();
   } else if (single || !(report.residual <= kGoodStart)) {
     sweep(single ? 1 : kFirstSweeps);
     measure();

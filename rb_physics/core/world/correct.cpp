@@ -53,12 +53,31 @@ bool overlaps(const Contact& c, double most) {
 // Left alone, the next step would begin with a contact that is closed by its force only.
 bool has_opened(const Contact& c) { return c.active() && c.has_opened(); }
 
+// Whether the work that a displacement does against the forces on a body is taken from its motion.
+enum class Lift {
+  kFree,          // no: large islands
+  kCounts,        // all of it: it is what sinking too far has given them
+  kCountsInStep,  // as far as the step as a whole has gained energy: jams sink and are lifted always
+};
+
+// J, of a body: kinetic energy less the work of outer forces since the step began.
+double gained_in_step(const World& world, std::int32_t row) {
+  const Body& body = world.bodies[row];
+  const RigidState& start = world.last_good[row];
+  const Wrench& outside = world.applied[row];
+  const Vec3 spin = angular_velocity(start, body.inertia);
+  const double kinetic =
+      0.5 * body.inertia.inv_mass * (body.state.p.squaredNorm() - start.p.squaredNorm()) +
+      0.5 * (body.state.L.dot(body.angular_velocity()) - start.L.dot(spin));
+  return kinetic - outside.force.dot(body.state.x - start.x) -
+         0.5 * world.settings.dt * outside.torque.dot(spin + body.angular_velocity());
+}
+
 // Moves the bodies of an island, and takes back what that did to their energy and, where nothing
 // immovable takes it up, to x x p. `pushes` are of each active contact; empty: all of them pushed.
-// `lifted`: what it does to their potential energy counts, too.
 void displace(World& world, std::span<const std::int32_t> rows,
               std::span<const std::int32_t> contacts, const std::vector<Vec6>& by,
-              const std::vector<Vec3>& pushes, bool lifted) {
+              const std::vector<Vec3>& pushes, Lift lift) {
   IslandWorkspace& work = world.work.threads[0];
   std::vector<std::int32_t>& links = work.settled;
   links.clear();
@@ -75,8 +94,9 @@ void displace(World& world, std::span<const std::int32_t> rows,
     const double before = body.state.L.dot(body.angular_velocity());
     shift_body(body, by[k]);
     work.gains[k].energy = 0.5 * (body.state.L.dot(body.angular_velocity()) - before);
-    // Small islands: what lifts the bodies is what sinking too far has given them.
-    if (lifted) work.gains[k].energy -= world.applied[rows[k]].force.dot(by[k].head<3>());
+    if (lift == Lift::kCounts)
+      work.gains[k].energy -= world.applied[rows[k]].force.dot(by[k].head<3>());
+    if (lift == Lift::kCountsInStep) work.gains[k].energy = gained_in_step(world, rows[k]);
     work.gains[k].angular =
         by[k].head<3>().cross(body.inertia.mass * (body.linear_velocity() - reference));
   }
@@ -144,7 +164,7 @@ bool separate_locally(World& world, const Island& island, std::span<const std::i
   }
   for (std::size_t k = 0; k < rows.size(); ++k)
     step.index_of[rows[k]] = static_cast<std::int32_t>(k);
-  displace(world, rows, contacts, work.shift, {}, false);
+  displace(world, rows, contacts, work.shift, {}, Lift::kFree);
   return true;
 }
 
@@ -167,16 +187,12 @@ void separate_by_sweeps(World& world, std::span<const std::int32_t> rows,
   WideContacts& wide = work.solver.wide;
   const bool large = is_large_island(work.problem.contacts.size());
   if (large) wide.use(&world.work.crew);
-  // What turns little overlaps at few other places.
-  constexpr double turn_share = 0.1;
-  if (!large) {
-    for (Mat3& inverse : work.problem.inv_inertia) inverse *= turn_share;
-  }
   wide.forget();
   separate_bodies(work.problem, 0.01 * deepest, most_sweeps, wide, work.velocity_before);
   wide.use(nullptr);
   if (is_near(world, rows, work.velocity_before, deepest))
-    displace(world, rows, contacts, work.velocity_before, {}, !large);
+    displace(world, rows, contacts, work.velocity_before, {},
+             large ? Lift::kFree : Lift::kCountsInStep);
 }
 
 // Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0, and = 0
@@ -248,7 +264,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
     if (has_opened(c)) work.solution.impulse[n].x() -= work.solution.impulse[back++].x();
     n += c.active();
   }
-  displace(world, rows, contacts, work.solution.velocity, work.solution.impulse, true);
+  displace(world, rows, contacts, work.solution.velocity, work.solution.impulse, Lift::kCounts);
 }
 
 }  // namespace
