@@ -58,7 +58,6 @@ void IslandAdvance::run(double h) {
   int pieces = 0;  // of what turns: each may part a contact that is struck again at once
   double left = h;
   find_partners();
-  const double coarse_piece = coarse_piece_of(h);
   bool capped = false;
   caps_before_ = iteration_caps();
   while (true) {
@@ -73,7 +72,7 @@ void IslandAdvance::run(double h) {
     capped |= spent;
     const bool guarded = spent && fast;  // then it waits where it meets something
     const bool last = !by_events || (spent && !fast);
-    double tau = !last ? piece_of(left) : left > 1.5 * coarse_piece ? coarse_piece : left;
+    double tau = last ? coarse_piece_of(h, left) : piece_of(left);
     if (last) {
       carry_to_end(tau);
     } else {

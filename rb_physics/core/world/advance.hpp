@@ -110,7 +110,7 @@ class IslandAdvance {
   void find_partners();  // and the reference velocity
   void move_partners(double t);
   double piece_of(double left) const;
-  double coarse_piece_of(double h) const;
+  double coarse_piece_of(double h, double left) const;
   double turning_rate(const Contact& c) const;
 
   bool touches(const ColliderPair& pair) const;

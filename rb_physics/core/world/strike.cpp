@@ -59,7 +59,8 @@ void IslandAdvance::look_who_carried() {
 bool IslandAdvance::takes_one_solve(double left) {
   const Settings& settings = world_.settings;
   const auto most = static_cast<std::size_t>(settings.max_event_contacts);
-  if (settings.stepper != Stepper::FIXED || left != settings.dt || contacts.size() <= most)
+  if (settings.stepper != Stepper::FIXED || left != settings.dt || contacts.size() <= most ||
+      coarse_piece_of(left, left) < left)
     return false;
   ContactProblem& problem = work_.settle_problem;
   build_bodies(world_.bodies, {rows_, &world_.work.index_of, reference_}, problem);

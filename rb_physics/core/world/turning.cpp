@@ -75,13 +75,15 @@ double IslandAdvance::piece_of(double left) const {
 
 // Where contacts are not looked for on the way: what turns, on other corners and at other places of
 // a rim than at the start, overlaps by about the square of its angle.
-double IslandAdvance::coarse_piece_of(double h) const {
-  constexpr double most_turn = 3e-2;  // rad
-  constexpr double most_pieces = 4.0;
+double IslandAdvance::coarse_piece_of(double h, double left) const {
+  constexpr std::size_t many = 64;  // contacts: every piece costs a large solve
+  const double most_turn = contacts.size() <= many ? 3e-2 : 0.1;  // rad
+  constexpr double most_pieces = 4.0;                             // of a step
   double fastest = 0.0;
   for (const std::int32_t row : rows_)
     fastest = std::fmax(fastest, world_.bodies[row].angular_velocity().norm());
-  return h / std::clamp(std::ceil(fastest * h / most_turn), 1.0, most_pieces);
+  const double pieces = std::clamp(std::ceil(fastest * h / most_turn), 1.0, most_pieces);
+  return left * pieces > 1.5 * h ? h / pieces : left;
 }
 
 // Whether anything turns enough within tau for the contacts to move: above rounding of a step.
