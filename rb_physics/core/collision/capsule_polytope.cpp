@@ -59,9 +59,14 @@ RodAxis separating_axis(const Rod& rod, const Polytope& b, bool apart, int verte
   return best;
 }
 
-// The part of the rod over a face: its two ends, but for one that is where the rod is met already.
+// Where the rod is met already.
+struct Met {
+  double along, separation;  // m, from its middle; of the segment
+};
+
+// The part of the rod over a face: its two ends, but for one that is met already or lies deeper.
 void face_contacts(const Rod& rod, const Polytope& b, int of_face, double margin, double tolerance,
-                   Manifold& out, double met = std::numeric_limits<double>::infinity()) {
+                   Manifold& out, const Met* met = nullptr) {
   static thread_local std::vector<PolygonCorner> corners;
   const FacePolygon face = b.polygon(of_face, corners);
   double low = -rod.half, high = rod.half;
@@ -84,9 +89,9 @@ void face_contacts(const Rod& rod, const Polytope& b, int of_face, double margin
   }
   if (low > high + tolerance) return;
   const auto add = [&](double along, std::uint32_t feature) {
-    if (std::abs(along - met) <= tolerance) return;
     const double separation =
         face.normal.dot(rod.center + along * rod.axis - face.corners[0].point);
+    if (met && (std::abs(along - met->along) <= tolerance || separation < met->separation)) return;
     if (!(separation - rod.radius <= margin)) return;
     ManifoldPoint p = rod.contact(along, face.normal, separation);
     p.feature_b = feature;
@@ -97,14 +102,17 @@ void face_contacts(const Rod& rod, const Polytope& b, int of_face, double margin
   if (high - low > tolerance) add(low, low_edge);
 }
 
-// Where the rod is met between its ends, at `met`, and lies nearly flat on a face beside: its end
-// there, which is next to touch.
-void far_end(const Rod& rod, const Polytope& b, int face, const Vec3& normal, double met,
-             double margin, double tolerance, Manifold& out) {
-  constexpr double nearly = 0.98;  // cosine
-  if (b.normal(face).dot(normal) < nearly) return;
-  face_contacts(rod, b, face, margin, tolerance, out, met);
-}
+// A rod that is met between its ends and lies nearly flat on a face beside: its end there is next
+// to touch.
+struct FlatFace {
+  double cosine = 0.98;  // of the angle between its normal and that of the contact
+  int face = -1;
+
+  void offer(const Polytope& b, int f, const Vec3& normal) {
+    const double c = b.normal(f).dot(normal);
+    if (c > cosine) cosine = c, face = f;
+  }
+};
 
 bool edge_contact(const Rod& rod, const Polytope& b, const RodAxis& axis, double margin,
                   double tolerance, Manifold& out) {
@@ -124,8 +132,10 @@ bool edge_contact(const Rod& rod, const Polytope& b, const RodAxis& axis, double
   out.add(p);
   if (!(std::abs(s) <= rod.half + tolerance && t >= -tolerance && t <= length + tolerance))
     return false;
-  for (const int face : {edge.left, edge.right})
-    far_end(rod, b, face, axis.normal, s, margin, tolerance, out);
+  FlatFace flat;
+  for (const int face : {edge.left, edge.right}) flat.offer(b, face, axis.normal);
+  const Met met{s, axis.separation};
+  if (flat.face >= 0) face_contacts(rod, b, flat.face, margin, tolerance, out, &met);
   return true;
 }
 
@@ -174,14 +184,15 @@ void nearest_contact(const Rod& rod, const Polytope& b, const GjkResult& nearest
   p.feature_b = feature;
   out.add(p);
   if (!(ends[0] && ends[1])) return;
-  const double met = rod.axis.dot(on_rod - rod.center);
-  const auto look = [&](int face) { far_end(rod, b, face, normal, met, margin, tolerance, out); };
+  FlatFace flat;
   if (feature_type(feature) == FeatureType::EDGE) {
     const HullEdge& edge = b.topology().edges[feature_index(feature)];
-    look(edge.left), look(edge.right);
+    for (const int face : {edge.left, edge.right}) flat.offer(b, face, normal);
   } else if (feature_type(feature) == FeatureType::VERTEX) {
-    b.for_each_face_at(vertices[0], look);
+    b.for_each_face_at(vertices[0], [&](int face) { flat.offer(b, face, normal); });
   }
+  const Met met{rod.axis.dot(on_rod - rod.center), nearest.distance};
+  if (flat.face >= 0) face_contacts(rod, b, flat.face, margin, tolerance, out, &met);
 }
 
 // The deepest end alone, should rounding leave nothing over the face.

@@ -154,6 +154,21 @@ bool side_overlap(const PlacedCylinder& cylinder, const Vec3& direction, const V
   return true;
 }
 
+void add_shallower(const std::vector<ManifoldPoint>& more, double tolerance,
+                   std::vector<ManifoldPoint>& points) {
+  const double least = least_separation(points);
+  for (const ManifoldPoint& p : more) {
+    if (p.separation < least) continue;
+    const bool known = std::any_of(points.begin(), points.end(), [&](const ManifoldPoint& q) {
+      return (p.feature_a == q.feature_a && p.feature_b == q.feature_b) ||
+             (p.point_b - q.point_b).norm() <= tolerance;
+    });
+    if (known) continue;
+    points.push_back(p);
+    points.back().kind = ContactKind::SMOOTH;
+  }
+}
+
 double least_separation(const std::vector<ManifoldPoint>& points) {
   double least = std::numeric_limits<double>::infinity();
   for (const ManifoldPoint& p : points) least = std::min(least, p.separation);

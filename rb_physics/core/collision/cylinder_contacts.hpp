@@ -40,6 +40,17 @@ inline bool carries(const SideOverlap& side, double proven, double nearest, doub
 bool side_overlap(const PlacedCylinder& cylinder, const Vec3& direction, const Vec3& center,
                   const Vec3& along, double half, double tolerance, SideOverlap& found);
 
+// Whether a cap and a face lean so little that the rest of the overlap is next to touch.
+inline bool nearly_flat(const Vec3& cap_normal, const Vec3& face_normal) {
+  constexpr double nearly = 0.98;  // cosine
+  return -cap_normal.dot(face_normal) >= nearly;
+}
+
+// Adds those of `more` that are neither deeper than what is in `points` nor there already, at the
+// same place or of the same features.
+void add_shallower(const std::vector<ManifoldPoint>& more, double tolerance,
+                   std::vector<ManifoldPoint>& points);
+
 // m; infinite when there are none.
 double least_separation(const std::vector<ManifoldPoint>& points);
 

@@ -237,6 +237,18 @@ void flat_contacts(const PlacedCylinder& a, const PlacedCylinder& b, const PairA
   }
 }
 
+// Caps that lean a little against each other: what else of them is near.
+void nearly_flat_contacts(const PlacedCylinder& a, const PlacedCylinder& b, const Vec3& normal,
+                          double margin, double tolerance, std::vector<ManifoldPoint>& points) {
+  static thread_local std::vector<ManifoldPoint> more;
+  const bool upper_a = a.axis.dot(normal)<0.0, upper_b = b.axis.dot(normal)> 0.0;
+  const Vec3 cap_a = a.cap_normal(upper_a);
+  if (!nearly_flat(cap_a, normal) || !nearly_flat(cap_a, b.cap_normal(upper_b))) return;
+  more.clear();
+  cap_on_cap(a, upper_a, b, upper_b, margin, tolerance, more);
+  add_shallower(more, tolerance, points);
+}
+
 }  // namespace
 
 void contacts_cylinder_cylinder(const Cylinder& shape_a, const Placement& at_a,
@@ -267,6 +279,7 @@ void contacts_cylinder_cylinder(const Cylinder& shape_a, const Placement& at_a,
   } else if (found.free.rims || !side_by_side(a, b, axis, tolerance, points)) {
     points.push_back(single_contact(a, b, found.free));
   }
+  nearly_flat_contacts(a, b, axis.normal, margin, tolerance, points);
   reduce_cloud(points, axis.normal, out);
 }
 

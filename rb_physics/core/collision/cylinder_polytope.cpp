@@ -207,6 +207,22 @@ void flat_contacts(const PlacedCylinder& a, const Polytope& b, const CylinderAxi
   }
 }
 
+// A cap that leans a little against a face: what else of them is near.
+void nearly_flat_contacts(const PlacedCylinder& a, const Polytope& b, const Vec3& normal,
+                          double margin, double tolerance, std::vector<ManifoldPoint>& points) {
+  static thread_local std::vector<PolygonCorner> corners;
+  static thread_local std::vector<ManifoldPoint> more;
+  const bool upper = a.axis.dot(normal) < 0.0;
+  if (!nearly_flat(a.cap_normal(upper), normal)) return;
+  const FacePolygon polygon = b.polygon(b.opposing_face(-normal, b.farthest(normal)), corners);
+  if (!nearly_flat(a.cap_normal(upper), polygon.normal)) return;
+  const PlanarRegion region{polygon.normal, corners[0].point, polygon.face, &polygon, 0.0};
+  more.clear();
+  cylinder_on_region(a, region, margin, tolerance, more);
+  polygon_on_cap(a, upper, polygon, CapNormal::OF_POLYGON, margin, tolerance, more);
+  add_shallower(more, tolerance, points);
+}
+
 void contacts(const Cylinder& shape, const Placement& at, const Polytope& b, double margin,
               Manifold& out) {
   static thread_local std::vector<ManifoldPoint> points;
@@ -245,6 +261,7 @@ void contacts(const Cylinder& shape, const Placement& at, const Polytope& b, dou
   } else if (!side_by_side(a, b, axis, tolerance, points)) {
     points.push_back(single_contact(a, b, axis));
   }
+  nearly_flat_contacts(a, b, axis.normal, margin, tolerance, points);
   reduce_cloud(points, axis.normal, out);
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "contact/builder.hpp"
+#include "solver/contact_operators.hpp"
 #include "solver/separation.hpp"
 #include "world/advance.hpp"
 #include "world/detect.hpp"
@@ -57,7 +58,8 @@ bool has_opened(const Contact& c) { return c.active() && c.has_opened(); }
 enum class Lift {
   kFree,          // no: large islands
   kCounts,        // all of it: it is what sinking too far has given them
-  kCountsInStep,  // as far as the step as a whole has gained energy: jams sink and are lifted always
+  kCountsInStep,  // as far as the step as a whole has gained energy: jams sink and are lifted
+                  // always
 };
 
 // J, of a body: kinetic energy less the work of outer forces since the step began.
@@ -179,6 +181,14 @@ bool is_near(const World& world, std::span<const std::int32_t> rows, const std::
   return true;
 }
 
+// Whether that is what they do.
+bool separates(const ContactProblem& problem, const std::vector<Vec6>& by, double gap) {
+  constexpr double most_left = 1e-3;  // of the gap: next to nothing of what is solved for
+  return std::all_of(
+      problem.contacts.begin(), problem.contacts.end(),
+      [&](const ContactConstraint& c) { return relative_velocity(c, by).x() >= -most_left * gap; });
+}
+
 // Overlap only, and what sweeps make of it. The problem is the thread's.
 void separate_by_sweeps(World& world, std::span<const std::int32_t> rows,
                         std::span<const std::int32_t> contacts, double deepest) {
@@ -254,7 +264,8 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   settings.max_work = world.settings.max_work;
   solve_contacts(problem, settings, work.solution, work.solver);
   // Loaded contacts that contradict each other are closed by going far away, if at all.
-  if (!is_near(world, rows, work.solution.velocity, deepest)) {
+  const std::vector<Vec6>& by = work.solution.velocity;
+  if (!is_near(world, rows, by, deepest) || !separates(problem, by, deepest)) {
     problem.contacts.resize(one_way);
     return separate_by_sweeps(world, rows, contacts, deepest);
   }
@@ -264,7 +275,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
     if (has_opened(c)) work.solution.impulse[n].x() -= work.solution.impulse[back++].x();
     n += c.active();
   }
-  displace(world, rows, contacts, work.solution.velocity, work.solution.impulse, Lift::kCounts);
+  displace(world, rows, contacts, by, work.solution.impulse, Lift::kCounts);
 }
 
 }  // namespace
