@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "contact/builder.hpp"
+#include "solver/closing.hpp"
 #include "solver/contact_operators.hpp"
 #include "solver/separation.hpp"
 #include "world/advance.hpp"
@@ -205,6 +206,45 @@ void separate_by_sweeps(World& world, std::span<const std::int32_t> rows,
              large ? Lift::kFree : Lift::kCountsInStep);
 }
 
+// A jam that comes to rest has its loaded contacts closed from both sides, if they do not
+// contradict each other. What else comes to overlap is kept closed, too. The problem is the
+// thread's.
+bool close_loaded_ones(World& world, std::span<const std::int32_t> rows,
+                       std::span<const std::int32_t> contacts, double deepest) {
+  constexpr int most_rounds = 3;
+  constexpr double most_left = 1e-3;  // of the gap
+  constexpr double most_gap = 1e3;    // touch distances
+  IslandWorkspace& work = world.work.threads[0];
+  ContactProblem& problem = work.problem;
+  std::vector<std::uint8_t>& closed = work.closed;
+  closed.clear();
+  for (const std::int32_t i : contacts) {
+    const Contact& c = world.contacts[i];
+    if (!c.active()) continue;
+    if (deepest > most_gap * c.touch) return false;
+    closed.push_back(c.loaded || overlaps(c, slack));
+  }
+  for (int round = 0; round < most_rounds; ++round) {
+    if (!close_contacts(problem, closed, SolverSettings{}.max_factor_work, work.solver.space,
+                        work.closing, work.velocity_before))
+      return false;
+    bool good = true;
+    for (std::size_t n = 0; n < closed.size(); ++n) {
+      const double left = relative_velocity(problem.contacts[n], work.velocity_before).x();
+      if (closed[n] ? std::fabs(left) <= most_left * deepest : left >= -most_left * deepest)
+        continue;
+      if (closed[n]) return false;
+      closed[n] = 1;
+      good = false;
+    }
+    if (!good) continue;
+    if (!is_near(world, rows, work.velocity_before, deepest)) return false;
+    displace(world, rows, contacts, work.velocity_before, {}, Lift::kCountsInStep);
+    return true;
+  }
+  return false;
+}
+
 // Moves the bodies of one island by the solution of: min |d|_M^2 / 2 with J d + s >= 0, and = 0
 // where a loaded contact has opened.
 void separate(World& world, const Island& island, std::span<const std::int32_t> contacts) {
@@ -251,7 +291,10 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
       constrain(c, place, -c.point.separation);
     }
   }
-  if (many) return separate_by_sweeps(world, rows, contacts, deepest);
+  if (many) {
+    if (!is_large_island(one_way) && close_loaded_ones(world, rows, contacts, deepest)) return;
+    return separate_by_sweeps(world, rows, contacts, deepest);
+  }
   work.solution.impulse.assign(problem.contacts.size(), Vec3::Zero());
   work.solution.moment.clear();
   work.solution.certificate.clear();
