@@ -57,7 +57,6 @@ bool has_opened(const Contact& c) { return c.active() && c.has_opened(); }
 
 // Whether the work that a displacement does against the forces on a body is taken from its motion.
 enum class Lift {
-  kFree,          // no: large islands
   kCounts,        // all of it: it is what sinking too far has given them
   kCountsInStep,  // as far as the step as a whole has gained energy: jams sink and are lifted
                   // always
@@ -167,7 +166,7 @@ bool separate_locally(World& world, const Island& island, std::span<const std::i
   }
   for (std::size_t k = 0; k < rows.size(); ++k)
     step.index_of[rows[k]] = static_cast<std::int32_t>(k);
-  displace(world, rows, contacts, work.shift, {}, Lift::kFree);
+  displace(world, rows, contacts, work.shift, {}, Lift::kCountsInStep);
   return true;
 }
 
@@ -202,8 +201,7 @@ void separate_by_sweeps(World& world, std::span<const std::int32_t> rows,
   separate_bodies(work.problem, 0.01 * deepest, most_sweeps, wide, work.velocity_before);
   wide.use(nullptr);
   if (is_near(world, rows, work.velocity_before, deepest))
-    displace(world, rows, contacts, work.velocity_before, {},
-             large ? Lift::kFree : Lift::kCountsInStep);
+    displace(world, rows, contacts, work.velocity_before, {}, Lift::kCountsInStep);
 }
 
 // A jam that comes to rest has its loaded contacts closed from both sides, if they do not
