@@ -127,8 +127,6 @@ void IslandAdvance::take_back_at_once(double h, bool closed) {
   work_.solver.wide.share_range(rows_.size(), kFewBodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       gains[k] = gain_of(k, h);
-      if (closed)
-        gains[k].energy -= world_.applied[rows_[k]].force.dot(work_.velocity_before[k].head<3>());
       if (!closed || !free_) continue;
       const Body& body = world_.bodies[rows_[k]];
       gains[k].angular = work_.velocity_before[k].head<3>().cross(
