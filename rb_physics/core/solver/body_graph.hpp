@@ -26,7 +26,7 @@ class BodyGraph {
   bool is_jam() const {
     constexpr std::size_t few = 64;
     constexpr double tower = 150.0;  // multiply-adds per contact
-    return pairs_.size() > few && work_ > tower * static_cast<double>(pairs_.size());
+    return usable_ && pairs_.size() > few && work_ > tower * static_cast<double>(pairs_.size());
   }
 
   // Elimination position of a body, 0 ... nb - 1.

@@ -25,6 +25,7 @@ IslandAdvance::IslandAdvance(World& world, std::span<const std::int32_t> rows,
   partners_.clear();
   partner_start_.clear();
   shift_.clear();
+  start_.clear();
   total_.clear();
   active_.clear();
   for (std::size_t k = 0; k < rows.size(); ++k)

@@ -62,17 +62,22 @@ enum class Lift {
                   // always
 };
 
-// J, of a body: kinetic energy less the work of outer forces since the step began.
-double gained_in_step(const World& world, std::int32_t row) {
+// What a body has gained since the step began: kinetic energy less the work of outer forces, as
+// seen from the frame that moves with `reference`, and the impulse of its contacts.
+BodyGain gained_in_step(const World& world, std::int32_t row, const Vec3& reference) {
   const Body& body = world.bodies[row];
   const RigidState& start = world.last_good[row];
   const Wrench& outside = world.applied[row];
   const Vec3 spin = angular_velocity(start, body.inertia);
-  const double kinetic =
-      0.5 * body.inertia.inv_mass * (body.state.p.squaredNorm() - start.p.squaredNorm()) +
-      0.5 * (body.state.L.dot(body.angular_velocity()) - start.L.dot(spin));
-  return kinetic - outside.force.dot(body.state.x - start.x) -
-         0.5 * world.settings.dt * outside.torque.dot(spin + body.angular_velocity());
+  const double h = world.settings.dt;
+  BodyGain gain;
+  gain.impulse = body.state.p - start.p - h * outside.force;
+  gain.energy = 0.5 * body.inertia.inv_mass * (body.state.p.squaredNorm() - start.p.squaredNorm()) +
+                0.5 * (body.state.L.dot(body.angular_velocity()) - start.L.dot(spin)) -
+                outside.force.dot(body.state.x - start.x) -
+                0.5 * h * outside.torque.dot(spin + body.angular_velocity()) -
+                reference.dot(gain.impulse);
+  return gain;
 }
 
 // Moves the bodies of an island, and takes back what that did to their energy and, where nothing
@@ -98,7 +103,7 @@ void displace(World& world, std::span<const std::int32_t> rows,
     work.gains[k].energy = 0.5 * (body.state.L.dot(body.angular_velocity()) - before);
     if (lift == Lift::kCounts)
       work.gains[k].energy -= world.applied[rows[k]].force.dot(by[k].head<3>());
-    if (lift == Lift::kCountsInStep) work.gains[k].energy = gained_in_step(world, rows[k]);
+    if (lift == Lift::kCountsInStep) work.gains[k] = gained_in_step(world, rows[k], reference);
     work.gains[k].angular =
         by[k].head<3>().cross(body.inertia.mass * (body.linear_velocity() - reference));
   }
@@ -277,9 +282,9 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   }
   const std::size_t one_way = problem.contacts.size();
   // In a jam, what is loaded may not all be closed at once: contacts depend on each other.
-  const bool many = is_large_island(one_way) ||
-                    (work.solver.space.prepare(problem, SolverSettings{}.max_factor_work) &&
-                     work.solver.space.is_jam());
+  const bool many =
+      is_large_island(one_way) ||
+      (work.graph.analyze(problem, SolverSettings{}.max_factor_work) && work.graph.is_jam());
   if (!many) {
     for (const std::int32_t i : contacts) {
       const Contact& c = world.contacts[i];

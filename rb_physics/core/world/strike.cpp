@@ -70,6 +70,7 @@ bool IslandAdvance::takes_one_solve(double left) {
     if (world_.bodies[c.body_b].is_dynamic())
       problem.contacts.back().b = world_.work.index_of[c.body_b];
   }
+  mark();  // what may pass is asked of the states at the start
   return work_.graph.analyze(problem, SolverSettings{}.max_factor_work) && work_.graph.is_jam() &&
          !may_pass(left) && !rebound_ahead(left);
 }
