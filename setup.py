@@ -90,6 +90,9 @@ SANITIZE = os.environ.get("RB_PHYSICS_SANITIZE") == "1"
 # repeat bit for bit. For the same reason no -ffast-math and no -march=native.
 compile_args = ["-O3", "-g0", "-ffp-contract=off", "-Wall", "-Wextra", "-MMD"]
 compile_args += ["-isystem", eigen_include_dir()]
+# Vectors of three: loading two of its numbers at once, when they were stored one by one just before,
+# waits until the stores are through. A box at rest takes a quarter less time without.
+compile_args += ["-DEIGEN_UNALIGNED_VECTORIZE=0"]
 link_args: list[str] = []
 if WERROR:
     compile_args += ["-Werror"]

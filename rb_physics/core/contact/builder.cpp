@@ -34,7 +34,7 @@ void set_constraint(const std::vector<Body>& bodies, const BodyIndex& index, con
   if (b.type == BodyType::KINEMATIC) {
     c.bias = -(c.frame * ((b.velocity - index.reference) + b.spin.cross(c.r_b)));
     c.angular_bias = -(c.frame * b.spin);
-  } else if (!b.is_dynamic()) {
+  } else if (!b.is_dynamic() && !index.reference.isZero(0.0)) {
     c.bias = c.frame * index.reference;
   }
   c.friction = contact.material.friction;

@@ -77,17 +77,4 @@ Quat normalized(const Quat& q) {
   return out;
 }
 
-Mat3 contact_frame(const Vec3& n) {
-  // Duff et al. 2017, "Building an orthonormal basis, revisited": no branch on a near-tie but the
-  // sign of n_z.
-  const double sign = n.z() < 0.0 ? -1.0 : 1.0;
-  const double a = -1.0 / (sign + n.z());
-  const double b = n.x() * n.y() * a;
-  Mat3 frame;
-  frame.row(0) = n;
-  frame.row(1) << 1.0 + sign * n.x() * n.x() * a, sign * b, -sign * n.x();
-  frame.row(2) << b, sign + n.y() * n.y() * a, -n.y();
-  return frame;
-}
-
 }  // namespace rb

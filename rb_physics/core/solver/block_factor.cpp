@@ -1,6 +1,5 @@
 #include "solver/block_factor.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 
 namespace rb {
@@ -21,6 +20,36 @@ bool cholesky(Mat6& a) {
     a(k, k) = inverse;
   }
   return true;
+}
+
+// In place, by Gauss and Jordan with the largest pivot of each column: Eigen's LU of a 6x6 matrix takes
+// the way of large ones, three times as long. False if a pivot is zero or not finite.
+bool invert(Mat6& a) {
+  int swapped[6];
+  for (int k = 0; k < 6; ++k) {
+    int best = k;
+    for (int i = k + 1; i < 6; ++i) {
+      if (std::abs(a(i, k)) > std::abs(a(best, k))) best = i;
+    }
+    swapped[k] = best;
+    if (best != k) a.row(k).swap(a.row(best));
+    const double inverse = 1.0 / a(k, k);
+    if (!std::isfinite(inverse)) return false;
+    const Vec6 column = a.col(k);
+    a.col(k).setZero();
+    a(k, k) = 1.0;
+    a.row(k) *= inverse;
+    for (int j = 0; j < 6; ++j) {
+      const double pivot = a(k, j);
+      for (int i = 0; i < 6; ++i) {
+        if (i != k) a(i, j) -= column[i] * pivot;
+      }
+    }
+  }
+  for (int k = 5; k >= 0; --k) {
+    if (swapped[k] != k) a.col(k).swap(a.col(swapped[k]));
+  }
+  return a.allFinite();
 }
 
 // B := B L^-T, column by column.
@@ -82,9 +111,8 @@ bool BlockFactor::factorize_general(const BodyGraph& graph) {
   std::size_t target = 0;
   const std::vector<int>& targets = graph.update_targets();
   for (int j = 0; j < graph.body_count(); ++j) {
-    const Mat6 inverse = diagonal_[j].partialPivLu().inverse();
-    if (!inverse.allFinite()) return false;
-    diagonal_[j] = inverse;
+    if (!invert(diagonal_[j])) return false;
+    const Mat6& inverse = diagonal_[j];
     const int begin = graph.column_begin(j);
     const int end = graph.column_begin(j + 1);
     for (int q = begin; q < end; ++q) lower_[q] = (lower_[q] * inverse).eval();

@@ -33,13 +33,17 @@ void ContactSolve::start() {
   ws.kinetic.assign(nc, 0);
   std::atomic<bool> moments = false, two_coefficients = false, friction = false;
   ws.wide.share_range(nc, 256, [&](std::size_t begin, std::size_t end) {
+    bool any_moment = false, any_two = false, any_friction = false;
     for (std::size_t i = begin; i < end; ++i) {
       const ContactConstraint& c = problem.contacts[i];
       ws.cones[i] = friction_cone(problem, c, Friction::kStatic);
-      if (ws.cones[i].has_moment()) moments = true;
-      if (ws.cones[i].slide > 0.0) friction = true;
-      if (c.static_friction > c.friction) two_coefficients = true;
+      any_moment |= ws.cones[i].has_moment();
+      any_friction |= ws.cones[i].slide > 0.0;
+      any_two |= c.static_friction > c.friction;
     }
+    if (any_moment) moments = true;
+    if (any_friction) friction = true;
+    if (any_two) two_coefficients = true;
   });
   may_release = two_coefficients;
   has_friction = friction || moments;

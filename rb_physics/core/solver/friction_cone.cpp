@@ -233,11 +233,10 @@ Reaction de_saxce(const FrictionCone& cone, const Reaction& slip) {
   return s;
 }
 
-FrictionCone friction_cone(const ContactProblem& problem, const ContactConstraint& c,
-                           Friction which) {
+FrictionCone cone_with_moments(const ContactProblem& problem, const ContactConstraint& c,
+                               double slide) {
   FrictionCone cone;
-  cone.slide = which == Friction::kStatic ? std::max(c.static_friction, c.friction) : c.friction;
-  if (!(c.spinning_friction > 0.0 || c.rolling_friction > 0.0)) return cone;
+  cone.slide = slide;
   // Radius of gyration of A: a length of the body, so that the scaled problem has no units.
   const double trace = problem.inv_inertia[c.a].trace();
   if (!(trace > 0.0)) return cone;

@@ -7,6 +7,7 @@
 // (m/s) and all coefficients are numbers. Components: force (n, t1, t2), moment (n, t1, t2).
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "contact/problem.hpp"
@@ -38,7 +39,7 @@ struct ConeFace {
 
 // Derivative of a map of reactions; moment blocks are set only if the cone has moments.
 struct ReactionDerivative {
-  Mat3 ff, fm, mf, mm;
+  Mat3 ff = Mat3::Zero(), fm = Mat3::Zero(), mf = Mat3::Zero(), mm = Mat3::Zero();
 };
 
 // Orthogonal projection on the cone of a force alone, |a_t| <= mu a_n, in closed form: what nearly
@@ -83,8 +84,16 @@ Reaction de_saxce(const FrictionCone& cone, const Reaction& slip);
 
 // Cones of all contacts with the kinetic (or static) coefficient.
 enum class Friction { kKinetic, kStatic };
-FrictionCone friction_cone(const ContactProblem& problem, const ContactConstraint& contact,
-                           Friction which);
+FrictionCone cone_with_moments(const ContactProblem& problem, const ContactConstraint& c,
+                               double slide);
+inline FrictionCone friction_cone(const ContactProblem& problem, const ContactConstraint& c,
+                                  Friction which) {
+  const double slide =
+      which == Friction::kStatic ? std::max(c.static_friction, c.friction) : c.friction;
+  if (c.spinning_friction > 0.0 || c.rolling_friction > 0.0)
+    return cone_with_moments(problem, c, slide);
+  return {slide, 0.0, 0.0, 1.0};
+}
 void friction_cones(const ContactProblem& problem, Friction which, std::vector<FrictionCone>& out);
 
 }  // namespace rb

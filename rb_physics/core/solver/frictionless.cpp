@@ -218,16 +218,19 @@ struct Pivoting {
     for (std::size_t p = same; p < n; ++p) {
       const Row& r = ws.rows[ws.order[p]];
       const std::int32_t first = ws.first[p];
-      double* row = ws.lower.data() + ws.start[p] - first;  // row[column]
+      double* row = ws.lower.data() + ws.start[p];  // row[column - first]
       for (const auto& [j, value] : couplings_of(ws.order[p])) {
-        if (ws.carries[j] && ws.place[j] < static_cast<std::int32_t>(p)) row[ws.place[j]] += value;
+        if (ws.carries[j] && ws.place[j] < static_cast<std::int32_t>(p))
+          row[ws.place[j] - first] += value;
       }
       double pivot = (1.0 + soft) * r.diagonal;
       for (std::int32_t q = first; q < static_cast<std::int32_t>(p); ++q) {
         const std::int32_t from = std::max(first, ws.first[q]);
-        const double* other = ws.lower.data() + ws.start[q] - ws.first[q];
-        row[q] = (row[q] - dot(row + from, other + from, q - from)) * ws.inverse[q];
-        pivot -= row[q] * row[q];
+        const double* other = ws.lower.data() + ws.start[q];
+        double& entry = row[q - first];
+        entry -= dot(row + (from - first), other + (from - ws.first[q]), q - from);
+        entry *= ws.inverse[q];
+        pivot -= entry * entry;
       }
       if (pivot > (soft > 0.0 ? 0.1 * soft : kDependent) * r.diagonal) {
         ws.inverse[p] = 1.0 / std::sqrt(pivot);
@@ -251,8 +254,8 @@ struct Pivoting {
     }
     for (std::int32_t p = n - 1; p >= 0; --p) {
       x[p] *= ws.inverse[p];
-      const double* row = ws.lower.data() + ws.start[p] - ws.first[p];
-      for (std::int32_t q = ws.first[p]; q < p; ++q) x[q] -= row[q] * x[p];
+      const double* row = ws.lower.data() + ws.start[p];
+      for (std::int32_t q = ws.first[p]; q < p; ++q) x[q] -= row[q - ws.first[p]] * x[p];
     }
   }
 

@@ -1,6 +1,5 @@
 #include "solver/local_solver.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -33,6 +32,21 @@ struct TangentialPlane {
   }
   Vec2 lambda(double beta) const { return -(q1 / (d1 + beta)) * e1 - (q2 / (d2 + beta)) * e2; }
 };
+
+// -W^-1 q by Cholesky; NaN where W is not positive definite.
+Vec3 stick(const Mat3& w, const Vec3& q) {
+  const double i0 = 1.0 / std::sqrt(w(0, 0));
+  const double l10 = w(1, 0) * i0, l20 = w(2, 0) * i0;
+  const double i1 = 1.0 / std::sqrt(w(1, 1) - l10 * l10);
+  const double l21 = (w(2, 1) - l20 * l10) * i1;
+  const double i2 = 1.0 / std::sqrt(w(2, 2) - l20 * l20 - l21 * l21);
+  const double y0 = -q[0] * i0;
+  const double y1 = (-q[1] - l10 * y0) * i1;
+  const double y2 = (-q[2] - l20 * y0 - l21 * y1) * i2;
+  const double x2 = y2 * i2;
+  const double x1 = (y1 - l21 * x2) * i1;
+  return {(y0 - l10 * x1 - l20 * x2) * i0, x1, x2};
+}
 
 Vec3 slide(const Mat3& w, const Vec3& q, double mu) {
   const double inv_nn = 1.0 / w(0, 0);
@@ -111,9 +125,9 @@ Vec2 solve_local_slip(const Eigen::Matrix2d& w, const Vec2& q, double bound) {
 Vec3 solve_local_contact(const Mat3& w, const Vec3& q, double mu) {
   if (!(q[0] < 0.0)) return Vec3::Zero();
   if (mu == 0.0) return {-q[0] / w(0, 0), 0.0, 0.0};
-  const Vec3 stick = w.llt().solve(-q);
-  if (stick[0] > 0.0 && stick.tail<2>().squaredNorm() <= mu * mu * stick[0] * stick[0]) {
-    return stick;
+  const Vec3 stuck = stick(w, q);
+  if (stuck[0] > 0.0 && stuck.tail<2>().squaredNorm() <= mu * mu * stuck[0] * stuck[0]) {
+    return stuck;
   }
   return slide(w, q, mu);
 }

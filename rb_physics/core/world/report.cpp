@@ -52,18 +52,6 @@ bool within_numbers(const Body& body, double h) {
          (!body.target || most(body.target->position) <= greatest);
 }
 
-void classify_contacts(World& world) {
-  std::vector<Contact>& contacts = world.contacts;
-  world.work.crew.share_range(contacts.size(), 512, [&](std::size_t begin, std::size_t end) {
-    PairVelocities motion(world.bodies);
-    for (std::size_t i = begin; i < end; ++i) {
-      Contact& c = contacts[i];
-      const double speed = c.point.normal.dot(motion.relative_at(c, middle_of(c)));
-      c.state = classify(speed, tolerance::resting_speed);
-    }
-  });
-}
-
 void require_finite(World& world) {
   for (std::size_t row = 0; row < world.bodies.size(); ++row) {
     if (within_numbers(world.bodies[row], world.settings.dt)) continue;
@@ -77,23 +65,6 @@ void require_finite(World& world) {
 
 namespace {
 
-void count_contacts(World& world) {
-  std::mutex mutex;
-  const std::vector<Contact>& contacts = world.contacts;
-  world.work.crew.share_range(contacts.size(), 512, [&](std::size_t i, std::size_t end) {
-    int count = 0;
-    double deepest = 0.0;
-    for (; i < end; ++i) {
-      const Contact& c = contacts[i];
-      if ((c.active() && c.touching()) || !c.impulse.isZero(0.0)) ++count;
-      if (c.active()) deepest = std::fmax(deepest, -c.point.separation);
-    }
-    const std::lock_guard lock(mutex);
-    world.stats.contacts += count;
-    world.stats.max_penetration = std::fmax(world.stats.max_penetration, deepest);
-  });
-}
-
 void add_impulse(Body& body, const Contact& c, bool is_a) {
   if (is_a) {
     body.contact_impulse += c.impulse;
@@ -104,19 +75,40 @@ void add_impulse(Body& body, const Contact& c, bool is_a) {
   }
 }
 
-// What contacts did to each body, summed in the order of contacts: contact by contact or, when
+// Class (S9), number, and depth of the contacts; with one thread also their sum by body. All in one
+// pass: a heap's contacts do not fit into the cache.
+void look_through_contacts(World& world) {
+  std::mutex mutex;
+  std::vector<Contact>& contacts = world.contacts;
+  const bool alone = !world.work.crew.helped();
+  world.work.crew.share_range(contacts.size(), 512, [&](std::size_t i, std::size_t end) {
+    int count = 0;
+    double deepest = 0.0;
+    PairVelocities motion(world.bodies);
+    for (; i < end; ++i) {
+      Contact& c = contacts[i];
+      const double speed = c.point.normal.dot(motion.relative_at(c, middle_of(c)));
+      c.state = classify(speed, tolerance::resting_speed);
+      if (c.active()) deepest = std::max(deepest, -c.point.separation);
+      const bool carried = !c.impulse.isZero(0.0);
+      if (carried || (c.active() && c.touching())) ++count;
+      if (!alone || !carried) continue;
+      add_impulse(world.bodies[c.body_a], c, true);
+      add_impulse(world.bodies[c.body_b], c, false);
+    }
+    const std::lock_guard lock(mutex);
+    world.stats.contacts += count;
+    world.stats.max_penetration = std::fmax(world.stats.max_penetration, deepest);
+  });
+}
+
+// What contacts did to each body, summed in the order of contacts: contact by contact above or, when
 // there are several threads, body by body.
 void add_up_impulses(World& world) {
   const std::vector<Contact>& contacts = world.contacts;
   std::vector<Body>& bodies = world.bodies;
   Crew& crew = world.work.crew;
-  if (!crew.helped()) {
-    for (const Contact& c : contacts) {
-      if (c.impulse.isZero(0.0)) continue;
-      add_impulse(bodies[c.body_a], c, true);
-      add_impulse(bodies[c.body_b], c, false);
-    }
-  } else {
+  if (crew.helped()) {
     // of_body[first[row]] ...: twice the contact, plus 1 where the body is B.
     static thread_local std::vector<std::size_t> first, of_body;
     static thread_local std::vector<std::pair<std::int32_t, std::int32_t>> bodies_of;
@@ -156,8 +148,7 @@ void add_up_impulses(World& world) {
 
 void finish_step(World& world) {
   if (world.stats.corrections > 0) require_finite(world);
-  classify_contacts(world);
-  count_contacts(world);
+  look_through_contacts(world);
   add_up_impulses(world);
   world.worst.residual = std::fmax(world.worst.residual, world.stats.residual);
   world.worst.max_penetration = std::fmax(world.worst.max_penetration, world.stats.max_penetration);

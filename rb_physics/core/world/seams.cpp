@@ -13,15 +13,24 @@ namespace rb {
 namespace {
 
 // A contact as the one of its bodies that may slide feels it; `piece` is the other one's collider.
+// What every plane is compared with is copied: the contacts of a heap do not fit into the cache.
 struct View {
+  View(Contact& c, bool b)
+      : contact(&c),
+        slider_is_b(b),
+        collider(b ? c.collider_a : c.collider_b),
+        touch(c.touch),
+        point(b ? c.point.point_a : c.point.point_b) {}
+
   Contact* contact;
   bool slider_is_b;
+  std::int32_t collider;
+  double touch;
+  Vec3 point;
 
-  std::int32_t piece() const { return slider_is_b ? contact->collider_a : contact->collider_b; }
+  std::int32_t piece() const { return collider; }
   std::int32_t piece_body() const { return slider_is_b ? contact->body_a : contact->body_b; }
-  const Vec3& on_piece() const {
-    return slider_is_b ? contact->point.point_a : contact->point.point_b;
-  }
+  const Vec3& on_piece() const { return point; }
   const Vec3& on_slider() const {
     return slider_is_b ? contact->point.point_b : contact->point.point_a;
   }
@@ -70,7 +79,7 @@ Vec3 velocity_at(const Body& body, const Vec3& p) {
 bool covers(const World& world, const Support& s, const View& v, bool& by_motion) {
   if (s.collider == v.piece()) return false;
   const Vec3& p = v.on_piece();
-  const double level = s.touch + v.contact->touch;
+  const double level = s.touch + v.touch;
   const double above = s.normal.dot(p) - s.height;
   if (above > level || above < std::fmin(0.0, s.separation) - level) return false;
   if (along(v, s.normal)) return false;
@@ -150,6 +159,7 @@ class Lists {
     if (first_.size() < world.colliders.size()) first_.resize(world.colliders.size(), none);
     ends_.assign(1, 0);
     for (std::size_t i = 1; i <= contacts.size(); ++i) {
+      contacts[i - 1].role = ContactRole::ACTIVE;
       if (i == contacts.size() || contacts[i].collider_a != contacts[i - 1].collider_a ||
           contacts[i].collider_b != contacts[i - 1].collider_b)
         ends_.push_back(static_cast<std::int32_t>(i));
@@ -172,7 +182,7 @@ class Lists {
     if (next_[first] == none) return false;
     for (std::int32_t e = first; e != none; e = next_[e]) {
       for (std::int32_t i = ends_[e / 2]; i < ends_[e / 2 + 1]; ++i)
-        out.push_back({contacts_ + i, e % 2 == 1});
+        out.emplace_back(contacts_[i], e % 2 == 1);
     }
     return true;
   }
@@ -205,7 +215,6 @@ bool cover_seams(const World& world, std::vector<Contact>& contacts) {
   static thread_local std::vector<View> views;
   static thread_local std::vector<Support> supports;
   static thread_local std::vector<Lift> lifts;
-  for (Contact& c : contacts) c.role = ContactRole::ACTIVE;
   lists.build(world, contacts);
   lifts.clear();
   bool by_motion = false;
@@ -217,7 +226,7 @@ bool cover_seams(const World& world, std::vector<Contact>& contacts) {
     for (const Support& s : supports) {
       if (particle && !is_felt(s, views)) continue;
       for (const View& v : views) {
-        if (v.contact->role == ContactRole::COVERED || !covers(world, s, v, by_motion)) continue;
+        if (!covers(world, s, v, by_motion) || v.contact->role == ContactRole::COVERED) continue;
         if (s.normal.dot(v.on_slider()) - s.height <= s.touch + v.contact->touch) {
           v.contact->role = ContactRole::COVERED;
         } else {

@@ -43,7 +43,6 @@ Workers& workers_of(World& world);  // as many as settings.threads says
 void move_kinematics(World& world);
 
 // world/report.cpp
-void classify_contacts(World& world);
 // Position, velocities and target are finite and so small that products of them are.
 bool within_numbers(const Body& body, double h);
 // More than greatest_turn in h seconds with this angular momentum (world axes).
