@@ -32,7 +32,7 @@ def test_a_sentence_that_is_true(small_disk, tmp_path, size):
         assert not folder.exists()
         return
     with recorder:
-        for _ in range(200):
+        for _ in range(600):  # more than any of these disks holds
             world.step()
             recorder.after_step()
     assert recorder.counters["dropped"] > 0

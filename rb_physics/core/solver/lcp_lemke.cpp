@@ -1,3 +1,4 @@
+#include <Eigen/LU>
 #include <cmath>
 #include <vector>
 
@@ -87,6 +88,23 @@ class Tableau {
   std::vector<Eigen::Index> basis_;
 };
 
+// z of the last basis from M and q themselves: a tableau keeps the rounding of every pivot. Kept if it
+// is nearer.
+void solve_anew(const Eigen::MatrixXd& m, const Eigen::VectorXd& q, LcpResult& result) {
+  std::vector<Eigen::Index> set;
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    if (result.z[i] > 0.0) set.push_back(i);
+  }
+  if (set.empty()) return;
+  const Eigen::PartialPivLU<Eigen::MatrixXd> lu(m(set, set));
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(q.size());
+  z(set) = lu.solve(-q(set)).cwiseMax(0.0);
+  const double residual = lcp_residual(m, q, z);
+  if (!(residual < result.residual)) return;
+  result.z = z;
+  result.residual = residual;
+}
+
 }  // namespace
 
 LcpResult lcp_lemke(const Eigen::MatrixXd& m, const Eigen::VectorXd& q) {
@@ -114,6 +132,7 @@ LcpResult lcp_lemke(const Eigen::MatrixXd& m, const Eigen::VectorXd& q) {
     if (v >= n && v < 2 * n) result.z[v - n] = std::max(tableau.value(i), 0.0);
   }
   result.residual = lcp_residual(m, q, result.z);
+  if (result.solved) solve_anew(m, q, result);
   return result;
 }
 
