@@ -49,6 +49,9 @@ struct ContactSolution {
   // zero when unknown): contact forces that are not unique are lambda_i = P_Fi(J_i y), F_i the face
   // of K_i that the slip leaves.
   std::vector<Vec6> certificate;
+  // In: of these impulses it is known that there is none (balls wedged so that the least ones would
+  // need infinite certificates); out: that it was looked for in vain.
+  bool no_certificate = false;
   double residual = 0.0;  // natural map, relative (solver/residual.hpp)
   int iterations = 0;
   bool converged = true;      // residual <= the tolerance asked for

@@ -28,6 +28,7 @@ struct ContactSolve {
   ContactResidual measured = {};  // by measure(), the last time
   bool swept = false;             // what sweeps need is there
   bool has_friction = true;       // some contact resists slipping or turning
+  bool in_vain = false;           // least impulses were looked for, and nearly nothing has changed
   bool may_release = true;        // some contact has two coefficients of friction
 
   bool out_of_work() {

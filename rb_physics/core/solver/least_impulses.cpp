@@ -108,6 +108,10 @@ void ContactSolve::least_impulses(const ContactResidual& r) {
     report.minimum_norm = problem.contacts.size() == 1;
     return;
   }
+  if (in_vain) {
+    io.no_certificate = true;
+    return;
+  }
   // Faces are told apart by the slips: only where those are right beyond doubt.
   if (r.natural_map > (large() ? 1e-11 : 1e-9) || out_of_work()) return;
   cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
@@ -128,6 +132,7 @@ void ContactSolve::least_impulses(const ContactResidual& r) {
   io.impulse = ws.saved_impulse;
   io.moment = ws.saved_moment;
   io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
+  io.no_certificate = true;
   measure();
 }
 

@@ -139,8 +139,13 @@ void IslandAdvance::carry(double tau, bool far_too) {
     for (const std::int32_t i : active_) solution.moment.push_back(tau * contacts[i].warm_moment);
   }
   solution.certificate.resize(rows_.size());
-  for (std::size_t k = 0; k < rows_.size(); ++k)
-    solution.certificate[k] = tau * world_.bodies[rows_[k]].certificate;
+  constexpr std::int64_t now_and_then = 64;  // steps: what changes slowly may have one again
+  solution.no_certificate = world_.step_count % now_and_then != 0;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const Body& body = world_.bodies[rows_[k]];
+    solution.certificate[k] = tau * body.certificate;
+    solution.no_certificate &= body.no_certificate;
+  }
   SolverSettings settings = solver_settings();
   settings.warm_speed = 5.0 * settings.tolerance * gain;
   const SolveReport report = solve_contacts(problem, settings, solution, work.solver);
@@ -185,8 +190,10 @@ void IslandAdvance::without_drift(double tau, double warm_speed) {
 // The next solve, of another tau or the next step, starts from here.
 void IslandAdvance::remember_forces(double tau, const ContactSolution& solution) {
   for (std::size_t k = 0; k < rows_.size(); ++k) {
-    world_.bodies[rows_[k]].certificate =
+    Body& body = world_.bodies[rows_[k]];
+    body.certificate =
         solution.certificate.empty() ? Vec6::Zero() : Vec6(solution.certificate[k] / tau);
+    body.no_certificate = solution.no_certificate;
   }
   for (std::size_t n = 0; n < active_.size(); ++n) {
     Contact& contact = contacts[active_[n]];

@@ -112,6 +112,7 @@ void body_fields(V& visit, B& b) {
   matrix(visit, b.spin);
   visit(b.stop_after_target);
   matrix(visit, b.certificate);
+  visit(b.no_certificate);
   matrix(visit, b.contact_impulse);
   matrix(visit, b.contact_moment);
 }
