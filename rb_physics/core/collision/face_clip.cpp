@@ -159,8 +159,12 @@ ContactKind lowest_feature(const FacePolygon& reference, const FacePolygon& inci
 
 void clip_faces(const FacePolygon& reference, const FacePolygon& incident, bool reference_is_b,
                 double margin, double tolerance, Manifold& out) {
-  static thread_local std::vector<Clipped> polygon, scratch;
-  static thread_local std::vector<ManifoldPoint> points;
+  struct Memory {
+    std::vector<Clipped> polygon, scratch;
+    std::vector<ManifoldPoint> points;
+  };
+  static thread_local Memory memory;
+  auto& [polygon, scratch, points] = memory;  // found once: each use asks for the thread
   polygon.clear();
   for (int i = 0; i < incident.size; ++i) {
     Clipped c;

@@ -74,7 +74,8 @@ inline std::vector<Manifold> surface_manifolds(const Leaf& convex, const Leaf& s
 template <class Visit>
 void for_each_leaf_manifold(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                             double margin, const Visit& visit) {
-  static thread_local Manifold manifold;
+  static thread_local Manifold memory;
+  Manifold& manifold = memory;
   // The origin is the position of whichever body comes second, so that exchanging A and B changes
   // no bit of the arithmetic.
   const bool swap = comes_second(a, pose_a, b, pose_b);

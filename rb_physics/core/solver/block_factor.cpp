@@ -22,8 +22,8 @@ bool cholesky(Mat6& a) {
   return true;
 }
 
-// In place, by Gauss and Jordan with the largest pivot of each column: Eigen's LU of a 6x6 matrix takes
-// the way of large ones, three times as long. False if a pivot is zero or not finite.
+// In place, by Gauss and Jordan with the largest pivot of each column: Eigen's LU of a 6x6 matrix
+// takes the way of large ones, three times as long. False if a pivot is zero or not finite.
 bool invert(Mat6& a) {
   int swapped[6];
   for (int k = 0; k < 6; ++k) {
@@ -72,6 +72,16 @@ void solve_lower_transposed(const Mat6& l, Vec6& x) {
     double s = x[k];
     for (int i = k + 1; i < 6; ++i) s -= l(i, k) * x[i];
     x[k] = s * l(k, k);
+  }
+}
+
+// x -= B^T y, number by number: y was stored that way just before, and loads of two would wait for
+// it.
+void subtract_transposed(const Mat6& b, const Vec6& y, Vec6& x) {
+  for (int k = 0; k < 6; ++k) {
+    double s = 0.0;
+    for (int i = 0; i < 6; ++i) s += b(i, k) * y[i];
+    x[k] -= s;
   }
 }
 
@@ -139,7 +149,7 @@ void BlockFactor::solve(const BodyGraph& graph, std::vector<Vec6>& x) const {
   for (int j = nb - 1; j >= 0; --j) {
     for (int q = graph.column_begin(j); q < graph.column_begin(j + 1); ++q) {
       if (symmetric_) {
-        x[j].noalias() -= lower_[q].transpose() * x[graph.row(q)];
+        subtract_transposed(lower_[q], x[graph.row(q)], x[j]);
       } else {
         x[j].noalias() -= upper_[q] * x[graph.row(q)];
       }

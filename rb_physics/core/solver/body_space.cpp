@@ -32,6 +32,10 @@ Mat3 lever(const Vec3& r, const Mat3& b) {
 
 bool equal(const Mat3& x, const Mat3& y) { return (x.array() == y.array()).all(); }
 
+bool is_normal(const Mat3& k) {
+  return k.bottomRows<2>().isZero(0.0) && k(0, 1) == 0.0 && k(0, 2) == 0.0;
+}
+
 // One contact's world-axes stiffness, and the levers of a side.
 struct Stiffness {
   Mat3 ff, fm, mf, mm;
@@ -60,6 +64,22 @@ Mat6 stiffness_block(const Stiffness& k, const Side& row, const Side& column) {
   h.bottomLeftCorner<3, 3>() = column.s * bottom_left;
   h.bottomRightCorner<3, 3>() = bottom_right;
   return h;
+}
+
+// h += k times the same block for K = 1: what sticks.
+void add_sticking(double k, const Side& row, const Side& column, Mat6& h) {
+  h.diagonal().head<3>().array() += k * row.s * column.s;
+  h.topRightCorner<3, 3>() += (k * row.s) * column.t;
+  h.bottomLeftCorner<3, 3>() += (k * column.s) * row.t.transpose();
+  h.bottomRightCorner<3, 3>() += k * (row.t.transpose() * column.t);
+}
+
+// h += k times the same block for K = n n^T: what is held along its normal.
+void add_held(double k, const Vec3& n, const Side& row, const Side& column, Mat6& h) {
+  Vec6 x, y;
+  x << row.s * n, row.t.transpose() * n;
+  y << column.s * n, column.t.transpose() * n;
+  h += (k * x) * y.transpose();
 }
 
 }  // namespace
@@ -109,17 +129,37 @@ void BodySpace::assemble(const ContactProblem& problem, const std::vector<Fricti
                          const std::vector<ReactionDerivative>& d, double weight) {
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     const ContactConstraint& c = problem.contacts[i];
+    const bool moment = cones[i].has_moment();
+    const Mat3& ff = d[i].ff;
+    if (!moment && ff.isZero(0.0)) continue;  // open
+    const Side a{linear_[c.a], &angular_[c.a], lever(c.r_a, angular_[c.a])};
+    const int pa = graph_.position(c.a);
+    const bool sticks = !moment && equal(ff, Mat3::Identity());
+    if (sticks || (!moment && is_normal(ff))) {
+      const Vec3 n = c.frame.row(0);
+      const auto add = [&](double k, const Side& row, const Side& column, Mat6& h) {
+        sticks ? add_sticking(k, row, column, h) : add_held(k * ff(0, 0), n, row, column, h);
+      };
+      add(weight, a, a, factor_.diagonal(pa));
+      if (c.b < 0) continue;
+      const Side b{linear_[c.b], &angular_[c.b], lever(c.r_b, angular_[c.b])};
+      const int pb = graph_.position(c.b);
+      add(weight, b, b, factor_.diagonal(pb));
+      const int block = graph_.pair_block(static_cast<int>(i));
+      add(-weight, pa > pb ? a : b, pa > pb ? b : a, factor_.lower(block));
+      if (!factor_.symmetric())
+        add(-weight, pa > pb ? b : a, pa > pb ? a : b, factor_.upper(block));
+      continue;
+    }
     const Mat3 ft = weight * c.frame.transpose();
     Stiffness k;
-    k.moment = cones[i].has_moment();
+    k.moment = moment;
     k.ff = ft * d[i].ff * c.frame;
     if (k.moment) {
       k.fm = ft * (cones[i].length * d[i].fm) * c.frame;
       k.mf = ft * (cones[i].length * d[i].mf) * c.frame;
       k.mm = ft * (cones[i].length * cones[i].length * d[i].mm) * c.frame;
     }
-    const Side a{linear_[c.a], &angular_[c.a], lever(c.r_a, angular_[c.a])};
-    const int pa = graph_.position(c.a);
     factor_.diagonal(pa) += stiffness_block(k, a, a);
     if (c.b < 0) continue;
     const Side b{linear_[c.b], &angular_[c.b], lever(c.r_b, angular_[c.b])};
@@ -164,19 +204,6 @@ void BodySpace::scale_transposed(const std::vector<Vec6>& p, std::vector<Vec6>& 
   for (std::size_t i = 0; i < p.size(); ++i) {
     z[i].head<3>() = linear_[i] * p[i].head<3>();
     z[i].tail<3>() = angular_[i].transpose() * p[i].tail<3>();
-  }
-}
-
-void add_wrench(const ContactConstraint& c, const FrictionCone& cone, const Reaction& reaction,
-                std::vector<Vec6>& p) {
-  const Vec3 f = c.frame.transpose() * reaction.force;
-  Vec3 m = Vec3::Zero();
-  if (cone.has_moment()) m = c.frame.transpose() * (cone.length * reaction.moment);
-  p[c.a].head<3>() += f;
-  p[c.a].tail<3>() += c.r_a.cross(f) + m;
-  if (c.b >= 0) {
-    p[c.b].head<3>() -= f;
-    p[c.b].tail<3>() -= c.r_b.cross(f) + m;
   }
 }
 

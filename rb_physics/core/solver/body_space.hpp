@@ -52,8 +52,19 @@ class BodySpace {
   std::vector<Vec6> ordered_;
 };
 
-// p += J_i^T reaction as wrenches on the bodies about their centres of mass, world axes.
-void add_wrench(const ContactConstraint& c, const FrictionCone& cone, const Reaction& reaction,
-                std::vector<Vec6>& p);
+// p += J_i^T reaction as wrenches on the bodies about their centres of mass, world axes. Inline,
+// like the projection: handed over in memory, a reaction stored number by number is waited for.
+[[gnu::always_inline]] inline void add_wrench(const ContactConstraint& c, const FrictionCone& cone,
+                                              const Reaction& reaction, std::vector<Vec6>& p) {
+  const Vec3 f = c.frame.transpose() * reaction.force;
+  Vec3 m = Vec3::Zero();
+  if (cone.has_moment()) m = c.frame.transpose() * (cone.length * reaction.moment);
+  p[c.a].head<3>() += f;
+  p[c.a].tail<3>() += c.r_a.cross(f) + m;
+  if (c.b >= 0) {
+    p[c.b].head<3>() -= f;
+    p[c.b].tail<3>() -= c.r_b.cross(f) + m;
+  }
+}
 
 }  // namespace rb

@@ -44,7 +44,7 @@ struct ReactionDerivative {
 
 // Orthogonal projection on the cone of a force alone, |a_t| <= mu a_n, in closed form: what nearly
 // all contacts are. `d` (may be null) gets a generalised Jacobian, symmetric.
-inline Vec3 project_on_plain_cone(double mu, const Vec3& a, Mat3* d) {
+[[gnu::always_inline]] inline Vec3 project_on_plain_cone(double mu, const Vec3& a, Mat3* d) {
   const double size = a.tail<2>().norm();
   if (a[0] > 0.0 && size <= mu * a[0]) {
     if (d != nullptr) d->setIdentity();

@@ -102,8 +102,8 @@ void look_through_contacts(World& world) {
   });
 }
 
-// What contacts did to each body, summed in the order of contacts: contact by contact above or, when
-// there are several threads, body by body.
+// What contacts did to each body, summed in the order of contacts: contact by contact above or,
+// when there are several threads, body by body.
 void add_up_impulses(World& world) {
   const std::vector<Contact>& contacts = world.contacts;
   std::vector<Body>& bodies = world.bodies;

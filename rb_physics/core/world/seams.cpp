@@ -211,10 +211,14 @@ bool cover_seams(const World& world, std::vector<Contact>& contacts) {
     View view;
     Support plane;
   };
-  static thread_local Lists lists;
-  static thread_local std::vector<View> views;
-  static thread_local std::vector<Support> supports;
-  static thread_local std::vector<Lift> lifts;
+  struct Memory {
+    Lists lists;
+    std::vector<View> views;
+    std::vector<Support> supports;
+    std::vector<Lift> lifts;
+  };
+  static thread_local Memory memory;
+  auto& [lists, views, supports, lifts] = memory;  // found once: each use asks for the thread
   lists.build(world, contacts);
   lifts.clear();
   bool by_motion = false;
