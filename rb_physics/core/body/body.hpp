@@ -43,7 +43,7 @@ struct Body {
 
   Vec6 certificate =
       Vec6::Zero();  // warm start of the minimum-norm forces (contact/problem.hpp), per second
-  bool no_certificate = false;  // the forces of now have none: not to be looked for at every step
+  int vain_searches = 0;  // for it, in a row
 
   // Contact impulse on the body, N s, and its moment about the moving centre of mass, N m s; world
   // axes.

@@ -39,6 +39,8 @@ struct ContactProblem {
   std::vector<ContactConstraint> contacts;  // size nc
 };
 
+inline constexpr int most_vain_searches = 16;
+
 struct ContactSolution {
   std::vector<Vec3>
       impulse;  // N s, contact frame (n, t1, t2), size nc; in: warm start, out: answer
@@ -49,9 +51,10 @@ struct ContactSolution {
   // zero when unknown): contact forces that are not unique are lambda_i = P_Fi(J_i y), F_i the face
   // of K_i that the slip leaves.
   std::vector<Vec6> certificate;
-  // In: of these impulses it is known that there is none (balls wedged so that the least ones would
-  // need infinite certificates); out: that it was looked for in vain.
-  bool no_certificate = false;
+  // How often in a row it was looked for in vain (balls that are wedged may need an infinite one);
+  // at most_vain_searches the warm start's impulses will do. In: of the warm start; out: of the
+  // answer.
+  int vain_searches = 0;
   double residual = 0.0;  // natural map, relative (solver/residual.hpp)
   int iterations = 0;
   bool converged = true;      // residual <= the tolerance asked for

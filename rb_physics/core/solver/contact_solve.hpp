@@ -28,7 +28,6 @@ struct ContactSolve {
   ContactResidual measured = {};  // by measure(), the last time
   bool swept = false;             // what sweeps need is there
   bool has_friction = true;       // some contact resists slipping or turning
-  bool in_vain = false;           // least impulses were looked for, and nearly nothing has changed
   bool may_release = true;        // some contact has two coefficients of friction
 
   bool out_of_work() {
@@ -49,6 +48,9 @@ struct ContactSolve {
   static double face_threshold(const ContactResidual& r) {
     return std::max(1e-11, 30.0 * r.natural_map) * r.typical_velocity;
   }
+
+  // Least impulses seem not to exist, and nearly nothing has changed.
+  bool gave_up() const { return io.vain_searches >= most_vain_searches; }
 
   bool large() const { return problem.contacts.size() > kLarge; }
 

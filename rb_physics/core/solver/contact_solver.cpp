@@ -84,15 +84,14 @@ bool ContactSolve::accept_warm_start() {
   if (!near && !(r.natural_map <= floor)) return false;
   if (r.typical_velocity == 0.0) return report.minimum_norm = true;
   if (release_sliding(r.typical_velocity)) return false;
-  if (settings.minimum_norm && problem.contacts.size() > 1 && !io.no_certificate) {
+  if (settings.minimum_norm && problem.contacts.size() > 1 && !gave_up()) {
     cone_faces(problem, ws.cones, ws.v, ws.slips, face_threshold(r), ws.minimum_norm.faces);
     if (!is_minimum_norm(problem, ws.cones, ws.minimum_norm.faces, io.impulse, io.moment,
                          io.certificate, settings.warm_tolerance)) {
       return false;
     }
   }
-  report.minimum_norm =
-      (settings.minimum_norm && !io.no_certificate) || problem.contacts.size() == 1;
+  report.minimum_norm = (settings.minimum_norm && !gave_up()) || problem.contacts.size() == 1;
   return true;
 }
 
@@ -104,7 +103,7 @@ void ContactSolve::run() {
     ws.wide.begin_load(problem,
                        [&] { direct = ws.space.prepare(problem, settings.max_factor_work); });
     if (!direct) {
-      io.no_certificate = false;
+      io.vain_searches = 0;
       return iterate();
     }
     ws.wide.forget();
@@ -115,12 +114,11 @@ void ContactSolve::run() {
     return;
   }
   constexpr double same = 1e-6;  // relative: the same contacts carry
-  in_vain = io.no_certificate && report.start_residual <= same;
-  io.no_certificate = false;
+  if (!(report.start_residual <= same)) io.vain_searches = 0;
   if (!has_friction && pivot_normals()) return;
   const bool direct = many || ws.space.prepare(problem, settings.max_factor_work);
   if (!direct && io.moment.empty()) return iterate();
-  if (direct && !in_vain && (touch_up() || follow_certificate())) return;
+  if (direct && !gave_up() && (touch_up() || follow_certificate())) return;
   for (;;) {
     direct ? solve_direct() : iterate_moments();
     const ContactResidual r = measured;
@@ -207,7 +205,7 @@ SolveReport solve_contacts(const ContactProblem& problem, const SolverSettings& 
     io.impulse.clear();
     io.moment.clear();
     io.certificate.clear();
-    io.no_certificate = false;
+    io.vain_searches = 0;
     io.velocity = problem.velocity;
     report.converged = report.minimum_norm = true;
   } else {

@@ -42,7 +42,7 @@ ImpactReport apply_impact(const ContactProblem& problem, ImpactLaw law, ContactS
   out.impulse.assign(nc, Vec3::Zero());
   out.moment.clear();
   out.certificate.clear();
-  out.no_certificate = false;
+  out.vain_searches = 0;
   out.velocity = problem.velocity;
   out.residual = 0.0;
   out.iterations = 0;

@@ -22,7 +22,9 @@ bool ContactSolve::refine() {
 bool ContactSolve::touch_up() {
   if (!(report.residual <= kTouchUp) || !refine()) return false;
   report.factorizations = ws.space.factorizations();
-  return report.minimum_norm = report.residual <= std::max(kRounding, std::min(target, goal()));
+  report.minimum_norm = report.residual <= std::max(kRounding, std::min(target, goal()));
+  if (report.minimum_norm) io.vain_searches = 0;
+  return report.minimum_norm;
 }
 
 bool ContactSolve::follow_certificate() {
@@ -61,6 +63,7 @@ bool ContactSolve::follow_certificate() {
     measure();
     if (done()) {
       report.factorizations = ws.space.factorizations();
+      io.vain_searches = 0;
       return report.minimum_norm = true;
     }
     if (!(report.residual <= slow * last)) break;
@@ -108,10 +111,7 @@ void ContactSolve::least_impulses(const ContactResidual& r) {
     report.minimum_norm = problem.contacts.size() == 1;
     return;
   }
-  if (in_vain) {
-    io.no_certificate = true;
-    return;
-  }
+  if (gave_up()) return;
   // Faces are told apart by the slips: only where those are right beyond doubt.
   if (r.natural_map > (large() ? 1e-11 : 1e-9) || out_of_work()) return;
   cone_faces(problem, ws.cones, ws.v, face_threshold(r), ws.minimum_norm.faces);
@@ -125,6 +125,7 @@ void ContactSolve::least_impulses(const ContactResidual& r) {
     const double before = r.natural_map;
     if (measure().natural_map <= std::max(4.0 * before, target)) {
       report.minimum_norm = true;
+      io.vain_searches = 0;
       polish();
       return;
     }
@@ -132,7 +133,7 @@ void ContactSolve::least_impulses(const ContactResidual& r) {
   io.impulse = ws.saved_impulse;
   io.moment = ws.saved_moment;
   io.certificate.assign(problem.inv_mass.size(), Vec6::Zero());
-  io.no_certificate = true;
+  ++io.vain_searches;
   measure();
 }
 

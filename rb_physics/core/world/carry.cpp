@@ -139,12 +139,13 @@ void IslandAdvance::carry(double tau, bool far_too) {
     for (const std::int32_t i : active_) solution.moment.push_back(tau * contacts[i].warm_moment);
   }
   solution.certificate.resize(rows_.size());
-  constexpr std::int64_t now_and_then = 64;  // steps: what changes slowly may have one again
-  solution.no_certificate = world_.step_count % now_and_then != 0;
+  // Now and then there is one search more: what changes slowly may have a certificate by then.
+  constexpr std::uint64_t now_and_then = 64;  // steps
+  solution.vain_searches = most_vain_searches - (world_.step_count % now_and_then == 0);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const Body& body = world_.bodies[rows_[k]];
     solution.certificate[k] = tau * body.certificate;
-    solution.no_certificate &= body.no_certificate;
+    solution.vain_searches = std::min(solution.vain_searches, body.vain_searches);
   }
   SolverSettings settings = solver_settings();
   settings.warm_speed = 5.0 * settings.tolerance * gain;
@@ -193,7 +194,7 @@ void IslandAdvance::remember_forces(double tau, const ContactSolution& solution)
     Body& body = world_.bodies[rows_[k]];
     body.certificate =
         solution.certificate.empty() ? Vec6::Zero() : Vec6(solution.certificate[k] / tau);
-    body.no_certificate = solution.no_certificate;
+    body.vain_searches = solution.vain_searches;
   }
   for (std::size_t n = 0; n < active_.size(); ++n) {
     Contact& contact = contacts[active_[n]];

@@ -301,7 +301,7 @@ void separate(World& world, const Island& island, std::span<const std::int32_t> 
   work.solution.impulse.assign(problem.contacts.size(), Vec3::Zero());
   work.solution.moment.clear();
   work.solution.certificate.clear();
-  work.solution.no_certificate = false;
+  work.solution.vain_searches = 0;
   SolverSettings settings;
   // Of the overlap: what is left is corrected by the next pass. The displacement is unique, the
   // impulses need not be.

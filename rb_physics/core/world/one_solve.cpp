@@ -159,7 +159,7 @@ void IslandAdvance::hold(double h) {
       build_body(world_.bodies, index, k, problem);
       Body& body = world_.bodies[rows_[k]];
       body.certificate = Vec6::Zero();
-      body.no_certificate = false;
+      body.vain_searches = 0;
       total_[k] = world_.applied[rows_[k]];
       problem.velocity[k] = velocities_after(body.state, body.inertia, total_[k], h);
       problem.velocity[k].head<3>() -= reference_;
@@ -184,7 +184,7 @@ void IslandAdvance::hold(double h) {
   });
   solution.moment.clear();
   solution.certificate.clear();
-  solution.no_certificate = false;
+  solution.vain_searches = 0;
   const SolveReport report = solve_contacts(problem, solver_settings(), solution, work_.solver);
   stats.residual = std::fmax(stats.residual, report.residual);
   stats.iterations += report.sweeps + report.newton_steps;

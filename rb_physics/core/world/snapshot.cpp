@@ -112,7 +112,7 @@ void body_fields(V& visit, B& b) {
   matrix(visit, b.spin);
   visit(b.stop_after_target);
   matrix(visit, b.certificate);
-  visit(b.no_certificate);
+  visit(b.vain_searches);
   matrix(visit, b.contact_impulse);
   matrix(visit, b.contact_moment);
 }

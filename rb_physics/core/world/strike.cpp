@@ -120,7 +120,7 @@ bool IslandAdvance::strike(double left) {
     work.solution.impulse.clear();
     work.solution.moment.clear();
     work.solution.certificate.clear();
-    work.solution.no_certificate = false;
+    work.solution.vain_searches = 0;
     const SolveReport plain =
         solve_contacts(work.problem, solver_settings(), work.solution, work.solver);
     report.residual = plain.residual;
