@@ -80,6 +80,14 @@ BodyGain gained_in_step(const World& world, std::int32_t row, const Vec3& refere
   return gain;
 }
 
+// A body that goes farther than it was looked around comes to overlap what is no contact yet, and is
+// pushed back by it alone in the next pass: from then on both are to be seen.
+void look_farther(World& world, std::int32_t row, const Vec6& by) {
+  const double way = by.head<3>().norm() + world.reach[row] * by.tail<3>().norm();
+  if (way > world.travel[row] + world.settings.contact_margin)
+    world.extra_travel[row] = std::fmax(world.extra_travel[row], way);
+}
+
 // Moves the bodies of an island, and takes back what that did to their energy and, where nothing
 // immovable takes it up, to x x p. `pushes` are of each active contact; empty: all of them pushed.
 void displace(World& world, std::span<const std::int32_t> rows,
@@ -100,6 +108,7 @@ void displace(World& world, std::span<const std::int32_t> rows,
     Body& body = world.bodies[rows[k]];
     const double before = body.state.L.dot(body.angular_velocity());
     shift_body(body, by[k]);
+    look_farther(world, rows[k], by[k]);
     work.gains[k].energy = 0.5 * (body.state.L.dot(body.angular_velocity()) - before);
     if (lift == Lift::kCounts)
       work.gains[k].energy -= world.applied[rows[k]].force.dot(by[k].head<3>());
@@ -194,16 +203,36 @@ bool separates(const ContactProblem& problem, const std::vector<Vec6>& by, doubl
       [&](const ContactConstraint& c) { return relative_velocity(c, by).x() >= -most_left * gap; });
 }
 
+// Gaps are linear in displacements: what turns so far that they are not is made harder to turn, and
+// moves instead. True if there was such a body.
+bool stiffen_turning(const World& world, std::span<const std::int32_t> rows,
+                     const std::vector<Vec6>& by, double gap, ContactProblem& problem) {
+  constexpr double curved = 0.1;  // of the gap
+  bool any = false;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const double sagitta = by[k].tail<3>().squaredNorm() * world.reach[rows[k]];
+    if (!(sagitta > curved * gap)) continue;
+    problem.inv_inertia[k] *= 0.25 * curved * gap / sagitta;
+    any = true;
+  }
+  return any;
+}
+
 // Overlap only, and what sweeps make of it. The problem is the thread's.
 void separate_by_sweeps(World& world, std::span<const std::int32_t> rows,
                         std::span<const std::int32_t> contacts, double deepest) {
-  constexpr int most_sweeps = 40;
   IslandWorkspace& work = world.work.threads[0];
   WideContacts& wide = work.solver.wide;
   const bool large = is_large_island(work.problem.contacts.size());
+  // What is light between two that are heavy takes many.
+  const int most_sweeps = large ? 40 : 400;
   if (large) wide.use(&world.work.crew);
   wide.forget();
-  separate_bodies(work.problem, 0.01 * deepest, most_sweeps, wide, work.velocity_before);
+  constexpr int most_rounds = 4;
+  for (int round = 0; round < most_rounds; ++round) {
+    separate_bodies(work.problem, 0.01 * deepest, most_sweeps, wide, work.velocity_before);
+    if (large || !stiffen_turning(world, rows, work.velocity_before, deepest, work.problem)) break;
+  }
   wide.use(nullptr);
   if (is_near(world, rows, work.velocity_before, deepest))
     displace(world, rows, contacts, work.velocity_before, {}, Lift::kCountsInStep);

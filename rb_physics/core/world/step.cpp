@@ -75,6 +75,7 @@ void make_step(World& world) {
 
   // Overlap out, energy unchanged.                                              world/correct.cpp
   correct_positions(world);
+  std::fill(world.extra_travel.begin(), world.extra_travel.end(), 0.0);
   watch.lap(world.stats.correct_time);
 
   // Contact states (S9), contact wrenches, statistics.                          world/report.cpp
