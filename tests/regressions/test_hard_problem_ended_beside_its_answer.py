@@ -11,7 +11,7 @@ from rb_physics._core import solver
 
 sys.path.append(str(Path(__file__).parents[1] / "solver"))
 
-from problems import random_problem  # noqa: E402
+from problems import random_problem
 
 
 @pytest.mark.parametrize(("seed", "number"), [(25, 1979), (27, 1947)])
