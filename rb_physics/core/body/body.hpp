@@ -41,9 +41,10 @@ struct Body {
     still_time = 0.0;
   }
 
-  Vec6 certificate =
-      Vec6::Zero();  // warm start of the minimum-norm forces (contact/problem.hpp), per second
-  int vain_searches = 0;  // for it, in a row
+  // Warm start of the minimum-norm forces (contact/problem.hpp), per second, and how often in a row
+  // one was looked for in vain.
+  Vec6 certificate = Vec6::Zero();
+  int vain_searches = 0;
 
   // Contact impulse on the body, N s, and its moment about the moving centre of mass, N m s; world
   // axes.

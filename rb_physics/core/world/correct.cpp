@@ -80,8 +80,8 @@ BodyGain gained_in_step(const World& world, std::int32_t row, const Vec3& refere
   return gain;
 }
 
-// A body that goes farther than it was looked around comes to overlap what is no contact yet, and is
-// pushed back by it alone in the next pass: from then on both are to be seen.
+// A body that goes farther than it was looked around comes to overlap what is no contact yet, and
+// is pushed back by it alone in the next pass: from then on both are to be seen.
 void look_farther(World& world, std::int32_t row, const Vec6& by) {
   const double way = by.head<3>().norm() + world.reach[row] * by.tail<3>().norm();
   if (way > world.travel[row] + world.settings.contact_margin)
