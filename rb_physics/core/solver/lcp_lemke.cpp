@@ -88,7 +88,7 @@ class Tableau {
   std::vector<Eigen::Index> basis_;
 };
 
-// z of the last basis from M and q themselves: a tableau keeps the rounding of every pivot. Kept if
+// What is positive, from M and q themselves: a tableau keeps the rounding of every pivot. Kept if
 // it is nearer.
 void solve_anew(const Eigen::MatrixXd& m, const Eigen::VectorXd& q, LcpResult& result) {
   std::vector<Eigen::Index> set;

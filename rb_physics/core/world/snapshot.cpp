@@ -11,7 +11,7 @@
 namespace rb {
 namespace {
 
-constexpr std::uint64_t magic = 0x31305350414e5352ULL;  // "RSNAPS01"
+constexpr std::uint64_t magic = 0x32305350414e5352ULL;  // "RSNAPS02"
 
 class Writer {
  public:

@@ -38,6 +38,7 @@ void make_step(World& world) {
 
   // Gravity, applied wrenches, kinematic targets.                               world/wrenches.cpp
   begin_step(world);
+  std::fill(world.extra_travel.begin(), world.extra_travel.end(), 0.0);
 
   // Broad phase, narrow phase, feature matching (S7, S8), if something moved from outside.
   //                                                                             world/detect.cpp
@@ -75,7 +76,6 @@ void make_step(World& world) {
 
   // Overlap out, energy unchanged.                                              world/correct.cpp
   correct_positions(world);
-  std::fill(world.extra_travel.begin(), world.extra_travel.end(), 0.0);
   watch.lap(world.stats.correct_time);
 
   // Contact states (S9), contact wrenches, statistics.                          world/report.cpp

@@ -101,7 +101,7 @@ struct World {
 
   std::vector<RigidState>
       last_good;  // states at the start of the step: what a diverged step falls back to
-  std::vector<double> extra_travel;  // m, per row; not zero only within a step
+  std::vector<double> extra_travel;  // m, per row; zero when a step begins
   std::vector<std::pair<std::int32_t, std::int32_t>> known_pairs;  // collider pairs of the step
   std::vector<KinematicStart> kinematic_start;
   bool keep_hashes = false;  // log the state hash of every step into `hashes`
